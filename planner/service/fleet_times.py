@@ -169,7 +169,8 @@ TIMES_UNKNOWN = Rule(
     why="Everything between sorties is judged by their times: one that waits on the ground flies when the "
     "others are said to be gone.",
     how="T107 at a NAV_DELAY of its mission: until a time of day, or on the ground before the take-off.  "
-    "Fires where there are other sorties, or hours to keep.",
+    "Fires where there are other sorties, or hours to keep.  In a simulation of those that give way also "
+    "where a step-response model may be later (E108: circles) and nobody says by whose laws it flies.",
     fix="take the wait out of the mission, and start the sortie later in the fleet file",
     instead="a mission without the wait",
     leaves_open=True,

@@ -413,7 +413,10 @@ def _simulate_missions(
     agents, report, found = _judge_missions(fleet, filed, keeps_apart=policy != "none")
     if policy != "none":
         found += [
-            TIMES_UNKNOWN.finding(f"{one.name} {late}: when it flies is not known")
+            TIMES_UNKNOWN.finding(
+                f"{one.name} {late}: when it flies is not known",
+                fix="give the parameters of the vehicle, or the target that its mission is for",
+            )
             for one in planned
             if (late := _flies_later(one))
         ]
