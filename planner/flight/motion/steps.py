@@ -356,7 +356,7 @@ def _pieces_between(breaks_s: FloatArray, row: IntArray) -> StepPieces:
     )
 
 
-class _SpeedAnswer(Value, kw_only=False):
+class _SpeedAnswer(Value, kw_only=False, eq=False):
     """How a speed response answers any speed commanded."""
 
     steady: float
@@ -365,6 +365,10 @@ class _SpeedAnswer(Value, kw_only=False):
     """Time to reach the steady speed, to within the tolerance. [s]"""
     stop_s: float
     """Time to lose it. [s]"""
+    sampled_s: FloatArray
+    """Times until then at which a speed that is not reached is sampled for its peak. (64,) [s]"""
+    sampled: FloatArray
+    """Speed over commanded speed at these times after a step. (64,) [-]"""
 
 
 # The same few responses are asked for every mission: these questions need root finding.
@@ -374,10 +378,14 @@ def _speed_answer(speed_response: ManoeuvreResponse) -> _SpeedAnswer:
     steady = unit.final_value
     reached_s = unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)
     assert reached_s is not None  # it settles: see the checks of the model
+    stop_s = float(unit.settling_times_s(SPEED_TOLERANCE * steady))
+    sampled_s = np.linspace(0.0, stop_s, 64)
     return _SpeedAnswer(
         steady=steady,
         reached_s=reached_s,
-        stop_s=float(unit.settling_times_s(SPEED_TOLERANCE * steady)),
+        stop_s=stop_s,
+        sampled_s=sampled_s,
+        sampled=unit.value(sampled_s),
     )
 
 
@@ -414,6 +422,10 @@ def _fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
     zero = np.zeros(len(stage))
     peak = zero + rate.time_s
     breaks = np.column_stack((zero, zero + unit.system.delay_s, peak, peak + pause, end))
+    fastest = zero + rate.value
+    before = np.flatnonzero(end < rate.time_s)
+    if len(before):
+        fastest[before] = unit.slope(end[before])
     return make_part(
         VerticalStepLaw(
             response=unit,
@@ -430,7 +442,7 @@ def _fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
         end,
         pieces=_pieces_between(np.minimum(breaks, end[:, None]), np.arange(len(stage))),
         climb_m=rise,
-        speed_m_s=step * unit.slope(np.minimum(end, rate.time_s)),
+        speed_m_s=step * fastest,
         step=np.sign(rise) * step,
         pause_s=pause,
     )
@@ -465,7 +477,7 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     values, integrals = unit.value_and_integral(np.stack((reached, pulse)))
     reached_m, pulse_m = speed * integrals
     steady_m_s = speed * steady
-    peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)
+    peak = _peak_speed_m_s(law, cruising, answer)
 
     slots = (ACCELERATE, CRUISE, BRAKE)
     states = [STATE_INDEX[FlightState(s)] for s in ("accelerate", "cruise", "brake")]
@@ -489,16 +501,14 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     )
 
 
-def _peak_speed_m_s(
-    law: SpeedPulseLaw, cruising: BoolArray, *, steady: float, stop_s: float
-) -> FloatArray:
+def _peak_speed_m_s(law: SpeedPulseLaw, cruising: BoolArray, answer: _SpeedAnswer) -> FloatArray:
     """Return the highest speed while braking: steady after a cruise, else the pulse's peak."""
-    peak = law.speed_m_s * steady
+    peak = law.speed_m_s * answer.steady
     short = np.flatnonzero(~cruising)
     if len(short):
         # The peak is flat: 64 samples with a parabola through the best three place it to 1e-5.
-        time = law.pulse_s[short, None] + np.linspace(0.0, stop_s, 64)
-        speed = law.state_at(short[:, None] + np.zeros(time.shape, np.intp), time).ground_speed_m_s
+        up = law.response.value(law.pulse_s[short, None] + answer.sampled_s)
+        speed = law.speed_m_s[short, None] * np.abs(up - answer.sampled)
         best = np.clip(np.argmax(speed, axis=1), 1, 62)
         left, top, right = (speed[np.arange(len(short)), best + k] for k in (-1, 0, 1))
         bend = left - 2.0 * top + right
