@@ -88,24 +88,20 @@ def judge(
         if missing is not None:
             entries += _unjudged_entries(subject, missing)
             continue
-        asked = asked_checks(subject, selection)
         for check in checks_of(subject):
-            if check not in asked:
+            if not is_asked(check, selection):
                 entries += _unasked_entries(check)
-                continue
-            found = check(a)
-            entries += _entries_of(check, found)
-            findings += reported(a, found)
+            elif found := check(a):
+                entries += _entries_of(check, found)
+                findings += reported(a, found)
+            else:
+                entries += _check_entries(check, None)
     return tuple(findings), one_entry_each(entries)
 
 
-def asked_checks(subject: str, selection: Selection) -> tuple[Check, ...]:
-    """Return the checks of a module that are made: those off by default where selected."""
-    return tuple(
-        one
-        for one in checks_of(subject)
-        if _is_default(one) or any(selection.asks_for(rule.code) for rule in one.rules)
-    )
+def is_asked(check: Check, selection: Selection) -> bool:
+    """Return whether a check is made: one that is off by default where it is selected."""
+    return _is_default(check) or any(selection.asks_for(rule.code) for rule in check.rules)
 
 
 def reported(a: Assessment, found: Need[Any] | tuple[Found, ...]) -> tuple[Finding, ...]:

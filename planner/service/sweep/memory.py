@@ -28,7 +28,7 @@ from planner.flight.returns.sample import judged_segments, line_ends, sample_poi
 from planner.flight.uncertainty import sample_flights, sample_times, tightest_rows
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
-from planner.rules.registry import SUBJECTS, asked_checks, reported
+from planner.rules.registry import SUBJECTS, checks_of, is_asked, reported
 from planner.service.preflight import (
     Preparation,
     Steps,
@@ -384,7 +384,7 @@ class RememberingSteps(Steps):
         self._pilots: list[tuple[Pilot, _KeptPilot]] = []
         self._found = _Findings()
         self._asked_by: Selection | None = None
-        self._asked: dict[str, tuple[Check, ...]] = {}
+        self._asked: dict[str, list[Check]] = {}
         self._latest: Flight | None = None
         self._foreseen: Sequence[Setup] = ()
         self._counted_of: Returns | None = None
@@ -459,7 +459,10 @@ class RememberingSteps(Steps):
     ) -> tuple[tuple[Finding, ...], tuple[LedgerEntry, ...]]:
         """Return what every rule finds; what was checked is listed for no case."""
         if self._asked_by is not selection:
-            self._asked = {subject: asked_checks(subject, selection) for subject in SUBJECTS}
+            self._asked = {
+                subject: [check for check in checks_of(subject) if is_asked(check, selection)]
+                for subject in SUBJECTS
+            }
             self._asked_by = selection
         self._found.begin(assessment)
         findings: list[Finding] = []
