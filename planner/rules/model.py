@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from planner.rules.declaration import EXTREMES, POWER, PX4, NotEvaluated, judges
 from planner.rules.lateness import HEIGHT_SLACK_M, OVERSHOOT
 from planner.rules.lift import is_lift_unknown, thinnest_known_kg_m3, times_text
 from planner.rules.wind import known_text, shown_airspeed_text
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -390,7 +391,7 @@ def _cruise_power_assumed(a: Assessment, _power: SteadyPower) -> Iterator[Findin
         )
 
 
-class _UncountedCosts(NamedTuple):
+class _UncountedCosts(Value, kw_only=False):
     """What wind and thin air that the model does not count may take, in words."""
 
     text: str = ""
