@@ -710,7 +710,10 @@ class StopRoom(Value):
             return px4_way_m(speed, self.parameters, self.vehicle.drag_per_s)
         from planner.flight.motion.ardupilot.legs import stopping_distance_m as ardupilot_way_m
 
-        return ardupilot_way_m(speed, self.parameters, self.vehicle.responses.speed)
+        # What answers steps says nothing of the lag behind shaped references.
+        is_shaped = self.vehicle.reference is Autopilot.ARDUPILOT
+        response = self.vehicle.responses.speed if is_shaped else None
+        return ardupilot_way_m(speed, self.parameters, response)
 
     def needed_m(self, speed_m_s: npt.ArrayLike, tail_wind_m_s: npt.ArrayLike = 0.0) -> FloatArray:
         """Return the room needed straight ahead, from ground speeds in a tail wind. [m]

@@ -174,7 +174,7 @@ class Assessment(Value, eq=False, dict=True):
         """The flight of a model of reference steps as its own autopilot flies it; ``None``: not known."""
         from planner.rules.lateness import as_its_own_flies
 
-        return as_its_own_flies(self)
+        return as_its_own_flies(self, self.own_flown)
 
     @cached_property
     def late_returns(self) -> LateReturns:

@@ -142,12 +142,9 @@ class FencedFlight(Value, eq=False, dict=True):
         """Return whether a barrier is beyond all there is, and so far beside it; else there may be room."""
         return not self._whole_area.near(barrier, self.margin_m + beside_m + PATH_TOLERANCE_M)[0]
 
-    def legs_near(self, barrier: Barrier, *, beside_m: float = 0.0) -> IntArray:
-        """Return the legs of groups that may be too near to a barrier while it is on: no other leg is.
-
-        Nor anything so far beside them.
-        """
-        near = self._group_areas.near(barrier, self.margin_m + beside_m + PATH_TOLERANCE_M)
+    def legs_near(self, barrier: Barrier) -> IntArray:
+        """Return the legs of groups that may be too near to a barrier while it is on: no other leg is."""
+        near = self._group_areas.near(barrier, self.margin_m + PATH_TOLERANCE_M)
         return np.flatnonzero(near[self.group] & self.is_on(barrier))
 
     def is_on(self, barrier: Barrier) -> BoolArray:

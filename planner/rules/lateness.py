@@ -152,17 +152,19 @@ def own_flown_of(
     return pilot, pilot.fly(a.route)
 
 
-def as_its_own_flies(a: Assessment) -> Assessment | None:
+def as_its_own_flies(
+    a: Assessment, own_flown: tuple[ArduPilotPilot | Px4Pilot, tuple[Motion, Transients]] | None
+) -> Assessment | None:
     """Return a flight of a model of reference steps as its own autopilot flies it; ``None``: not known.
 
     With its own returns; nothing of it is later by its parameters.
     """
-    if a.own_flown is None or a.returns.flight is not a.flight:
+    if own_flown is None or a.returns.flight is not a.flight:
         return None  # who gives way to others holds on its way
     from planner.flight.prediction import make_flight
     from planner.flight.returns.path import make_returns
 
-    pilot, flown = a.own_flown
+    pilot, flown = own_flown
     flight = make_flight(*flown, a.flight.power)
     by = Autopilot.PX4 if _is_px4(pilot.parameters) else Autopilot.ARDUPILOT
     return replace(

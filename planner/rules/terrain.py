@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.findings import Finding, Rule, Severity
+from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.position import TERRAIN_ASSUMED_LEVEL
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.findings import Finding
     from planner.flight.path import FlightLines, FlownPath
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
@@ -171,32 +172,15 @@ class _Flown(Value, kw_only=False, eq=False):
 
 def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Flown | None:
     """Return the height of a flight over ground; ``None`` where it only goes up and down."""
-    from planner.flight.path import flown_path
+    from planner.flight.path import flown_lines, flown_path
 
     path = flown_path(a.flight.motion, straight_m=straight_m, with_heights=True)
     legs = np.flatnonzero(~_is_vertical_at_ground(a)[path.segment])
-    return _over(a, terrain, path, legs) if len(legs) else None
-
-
-def _over(a: Assessment, terrain: TerrainGrid | None, path: FlownPath, legs: IntArray) -> _Flown:
-    """Return the height of legs of a path over ground."""
-    from planner.flight.path import flown_lines
-
+    if not len(legs):
+        return None
     lines = near_home_cut(flown_lines(path, legs), a.setup.clearance_m)
     clearance = clearance_of(a, terrain, lines)
     return _Flown(path, legs, clearance, path.item[lines.owner[clearance.line]])
-
-
-def items_too_low(
-    a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray
-) -> frozenset[int]:
-    """Return the first items on whose legs of a path a vehicle were too low, within its position error.
-
-    Over ground that is known.
-    """
-    flown = _over(a, terrain, path, legs)
-    found = (*_too_low(a, flown), *_beside(a, terrain, flown))
-    return frozenset(one.item for one in found if isinstance(one, Finding) and one.item is not None)
 
 
 def _may_be_low(a: Assessment) -> bool:
