@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -127,7 +128,7 @@ def situations(returns: Returns) -> Situations:
     return Situations.joined([mission, *holds, *back])
 
 
-class _Part(NamedTuple):
+class _Part(Value, kw_only=False, eq=False):
     """The flight of the mission, or the returns from its points."""
 
     flight: Flight

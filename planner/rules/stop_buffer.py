@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.geo.barrier import SweptAreas, swept_areas
 from planner.rules.fenced_flight import straight_legs
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -85,7 +86,7 @@ def stop_buffer(
         yield _finding(flown, worst, items, severity)
 
 
-class _Narrow(NamedTuple):
+class _Narrow(Value, eq=False):
     """The place where the fence is nearest, or would be passed farthest."""
 
     clearance_m: float

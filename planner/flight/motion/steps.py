@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -104,7 +104,7 @@ _WINDOWS = np.array(
 """Whose window of power each state begins: 0 that of a climb, 1 of a descent, 2 of a brake."""
 
 
-class StepSpeeds(NamedTuple):
+class StepSpeeds(Value, kw_only=False):
     """Level speeds of a vehicle of reference steps. [m s⁻¹]"""
 
     own_m_s: float

@@ -13,7 +13,7 @@ the two may go different ways.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
@@ -149,15 +149,6 @@ def _in_turn(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> Flow
     )
 
 
-class _Advance(NamedTuple):
-    """What ArduPilot found on its way to the next place, as positions in the items."""
-
-    path: list[int]
-    """Jumps and DO_ items in the order the search met them."""
-    place: int | None
-    """``None``: the mission ends there, or an endless loop closes."""
-
-
 class _Searches:
     """ArduPilot's two searches through a mission that runs; positions count from 0.
 
@@ -206,16 +197,20 @@ class _Searches:
             findings=tuple(self.findings.values()),
         )
 
-    def _way_from(self, at: int) -> _Advance:
-        """Return the way to the next place, counting jumps (``advance_current_nav_cmd``)."""
+    def _way_from(self, at: int) -> tuple[list[int], int | None]:
+        """Return the way to the next place, counting jumps (``advance_current_nav_cmd``), and that place.
+
+        Jumps and DO_ items in the order the search meets them; no place where the mission ends there, or an
+        endless loop closes.
+        """
         path: list[int] = []
         for _ in range(_MOST_FOUND):
             found = self._next(at, path)
             if found is None or is_navigation(self.items[found].command):
-                return _Advance(path, found)
+                return path, found
             path.append(found)
             at = found + 1
-        return _Advance(path, None)
+        return path, None
 
     def _planned_from(self, at: int) -> int | None:
         """Return what is taken for the next place while the one before is flown to.
