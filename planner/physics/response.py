@@ -37,6 +37,7 @@ _MAX_INTEGRATIONS = 4  # the integral of the answer to an input that grows with 
 _CLOSE = 0.1  # poles nearer than this fraction of their modulus lose digits as partial fractions
 _UNDAMPED = 1e-12  # damping ratio that is lost in the rounding of the roots
 _TAYLOR_TERMS = 27  # 2^27 / 27! is 1e-20
+_MARKOV_TERMS = 21  # of series up to 1: 1 / 21! is 2e-20
 _FACTORIALS = np.array(
     [math.factorial(j) for j in range(MAX_ORDER + _TAYLOR_TERMS + _MAX_INTEGRATIONS)], np.float64
 )
@@ -387,7 +388,7 @@ def make_modes(numerators: FloatArray, denominators: FloatArray) -> Modes:
         steady_series=_quotient_series(
             proper[..., ::-1], rest[..., ::-1], integrators + _MAX_INTEGRATIONS
         ),
-        markov=_quotient_series(proper, monic, order + _TAYLOR_TERMS),
+        markov=_quotient_series(proper, monic, order + _MARKOV_TERMS),
         is_close=is_close,
         fastest_rad_s=moduli.max(axis=-1, initial=0.0),
         slowest_rad_s=moduli.min(axis=-1, initial=np.inf),

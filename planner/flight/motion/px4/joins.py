@@ -368,6 +368,11 @@ class _Sight(Value, eq=False):
         climb, w = v (h − w₀ t/2)/(L − v₀ t/2), and the change from w₀ to w the time.  Where w is beyond
         its limit, v falls to what goes with that.
         """
+        counts = (horizontal(direction) > np.abs(direction[:, 2])) & (begun_m_s > SLOWEST_TURN_M_S)
+        # The tail of a climb on a level leg dies away by itself.
+        counts &= begun.planned.is_leg & (begun.planned.direction[:, 2] != 0.0)
+        if not counts.any():
+            return cls(direction=direction, speed_m_s=after_m_s, counts=counts)
         parameters = begun.parameters
         climbing_m_s = begun.velocity_m_s[:, 2]
         way = begun.planned.target_m - begun.place_m
@@ -384,9 +389,6 @@ class _Sight(Value, eq=False):
             climb = after_m_s * slope
         speed = np.minimum(after_m_s, quotient(limit, np.abs(slope), np.inf))
         climb = speed * slope
-        counts = (horizontal(direction) > np.abs(direction[:, 2])) & (begun_m_s > SLOWEST_TURN_M_S)
-        # The tail of a climb on a level leg dies away by itself.
-        counts &= begun.planned.is_leg & (begun.planned.direction[:, 2] != 0.0)
         counts &= np.abs(climb) < speed
         seen, _ = directions(np.column_stack((along * speed[:, None], climb)))
         return cls(
