@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ SAME_PLACE_M = 1e-3
 """Lines shorter over ground go up and down. [m]"""
 ROUNDING_M = 1e-4
 """Heights of grids are of single precision. [m]"""
+_FALLS_SHORT_M = 0.8
+"""NAV_MC_ALT_RAD as it is delivered: PX4 takes a height for reached so far below it, and flies on. [m]"""
 _CIRCLE_PARTS = 12
 """Chords of a circle: within 9 cm of one of 2.5 m."""
 _BOX_PLACES = 5
@@ -98,12 +101,38 @@ class Clearance(Value, eq=False):
         return share * self.length_m
 
 
+def led_heights_m(a: Assessment) -> FloatArray:
+    """Return the least height above home at which the mission leads to each item, from 1. (items + 1,) [m]
+
+    −∞ where it leads to the ground, or home.
+    """
+    led_m = np.full(len(a.mission.items) + 1, np.inf)
+    from_m = math.inf  # a take-off is judged where it has ended
+    for stage in a.route.stages:
+        goes_down = stage.kind in LANDED_STAGES | RETURN_STAGES
+        height_m = -math.inf if goes_down else min(from_m, stage.height_m)
+        led_m[stage.item] = min(float(led_m[stage.item]), height_m)
+        from_m = stage.height_m
+    return led_m
+
+
+def falls_short_m(led_m: FloatArray, height_m: FloatArray) -> FloatArray:
+    """Return how far heights are below those led to, as far as these count as reached. (n,) [m]"""
+    return np.clip(np.where(np.isinf(led_m), -np.inf, led_m) - height_m, 0.0, _FALLS_SHORT_M)
+
+
 def clearance_of(
-    a: Assessment, terrain: TerrainGrid | None, lines: FlightLines, *, beside_m: float = 0.0
+    a: Assessment,
+    terrain: TerrainGrid | None,
+    lines: FlightLines,
+    *,
+    led_m: FloatArray,
+    beside_m: float = 0.0,
 ) -> Clearance:
     """Return the height above the ground along lines no longer than what is straight.
 
-    Of lines ``beside_m`` of the flight it is asked what is asked of the flight. [m]
+    Of lines ``beside_m`` of the flight it is asked what is asked of the flight; of each, as where the mission
+    leads it, at heights ``led_m`` above home. [m]
     """
     ends = np.stack((lines.start_m, lines.end_m), axis=1)
     if terrain is None or not a.route.knows_home_amsl:
@@ -128,7 +157,9 @@ def clearance_of(
         length_m=lines.length_m[line] * (end - start),
         at_m=place_m[..., 2] - ground_m,
         is_known=is_known,
-        asked_m=np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m) - ROUNDING_M,
+        asked_m=np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m)
+        - ROUNDING_M
+        - falls_short_m(led_m[line], place_m[..., 2].min(axis=1)),
         is_missed=~is_known & (from_home_m > near_home_m),
     )
 

@@ -23,6 +23,8 @@ from planner.rules.clearance import (
     box_places_m,
     circle_m,
     clearance_of,
+    falls_short_m,
+    led_heights_m,
     near_home_cut,
     nearest_m,
     too_near_text,
@@ -179,7 +181,8 @@ def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Fl
     if not len(legs):
         return None
     lines = near_home_cut(flown_lines(path, legs), a.setup.clearance_m)
-    clearance = clearance_of(a, terrain, lines)
+    led_m = led_heights_m(a)[path.item[lines.owner]]
+    clearance = clearance_of(a, terrain, lines, led_m=led_m)
     return _Flown(path, legs, clearance, path.item[lines.owner[clearance.line]])
 
 
@@ -207,9 +210,9 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
     follows = np.array([follows_terrain(a, number) for number in range(len(a.mission.items) + 1)])
     low = (least_m < clearance.asked_m) & ~follows[item]
     is_known = clearance.is_known
-    falls_short_m = np.where(_is_asked_high(a)[item], _LEVEL_WITHIN_M, 0.0)
+    is_asked_high = led_heights_m(a)[item] >= a.setup.clearance_m
     unsure = low & ~is_known & (least_m >= -_LEVEL_WITHIN_M)
-    unsure &= least_m < clearance.asked_m - falls_short_m
+    unsure &= least_m < clearance.asked_m - np.where(is_asked_high, _LEVEL_WITHIN_M, 0.0)
     if a.setup.terrain is not None:
         unsure &= ~clearance.is_missed  # reported with all the ground that is not known
     if unsure.any():
@@ -240,17 +243,6 @@ def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:
     )
 
 
-def _is_asked_high(a: Assessment) -> BoolArray:
-    """Return whether an item leads the vehicle no lower than --clearance above home. (items + 1,)"""
-    is_high = np.ones(len(a.mission.items) + 1, dtype=np.bool_)
-    from_m = math.inf  # a take-off is judged where it has ended
-    for stage in a.route.stages:
-        goes_down = stage.kind in LANDED_STAGES | RETURN_STAGES
-        is_high[stage.item] &= not goes_down and min(from_m, stage.height_m) >= a.setup.clearance_m
-        from_m = stage.height_m
-    return is_high
-
-
 def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Found]:
     """Yield a finding where the ground beside the path is too high, as near as the vehicle may be to it.
 
@@ -276,7 +268,8 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
         + [_around(lines, error_m)]
     )
     sides = near_home_cut(sides.select(np.argsort(sides.owner, kind="stable")), a.setup.clearance_m)
-    clearance = clearance_of(a, terrain, sides, beside_m=error_m)
+    led_m = led_heights_m(a)[path.item]
+    clearance = clearance_of(a, terrain, sides, led_m=led_m[sides.owner], beside_m=error_m)
     if clearance.is_missed.any():
         leg = int(sides.owner[clearance.line[clearance.is_missed.argmax()]])
         yield NotEvaluated(
@@ -286,7 +279,7 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
     low_m = np.where(clearance.is_known & (least_m < clearance.asked_m), least_m, np.inf)
     worst = int(low_m.argmin())
     lowest_m, leg = float(low_m[worst]), int(sides.owner[clearance.line[worst]])
-    peak = _highest_beside(a, terrain, lines)
+    peak = _highest_beside(a, terrain, lines, led_m[lines.owner])
     if peak is not None and peak.clearance_m < lowest_m:
         lowest_m, leg = peak.clearance_m, int(lines.owner[peak.row])
     if lowest_m < np.inf:
@@ -325,7 +318,9 @@ def _around(lines: FlightLines, radius_m: float) -> FlightLines:
     )
 
 
-def _highest_beside(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> Lowest | None:
+def _highest_beside(
+    a: Assessment, terrain: TerrainGrid, lines: FlightLines, led_m: FloatArray
+) -> Lowest | None:
     """Return where a line passes lowest by a centre of fine cells; ``None`` where by none too low."""
     import shapely
 
@@ -348,9 +343,8 @@ def _highest_beside(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> 
         return None
     _, height_m = nearest_m(peaks_m[peak], ends_m[row, 0], ends_m[row, 1])
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
-    asked_m = (
-        np.minimum(a.setup.clearance_m, STEEPEST_RISE * np.hypot(*peaks_m[peak].T)) - ROUNDING_M
-    )
+    asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * np.hypot(*peaks_m[peak].T))
+    asked_m -= ROUNDING_M + falls_short_m(led_m[row], height_m)
     clearance_m = np.where(clearance_m < asked_m, clearance_m, np.inf)
     worst = int(clearance_m.argmin())
     if not np.isfinite(clearance_m[worst]):

@@ -19,6 +19,8 @@ from planner.rules.clearance import (
     above_text,
     box_places_m,
     clearance_of,
+    falls_short_m,
+    led_heights_m,
     nearest_m,
     too_near_text,
 )
@@ -34,7 +36,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import IntArray
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.path import FlownPath
     from planner.flight.returns.fan import ReturnFan
@@ -202,7 +204,9 @@ def returns_too_low(
     count = len(fan.stretch)
     both = FlightLines.joined([lines, replace(along, owner=along.owner + count)])
     both = both.cut(STRAIGHT_M)
-    clearance = clearance_of(a, terrain, both)
+    # They begin as high as the mission leads there, or keep to a height of their own.
+    led_m = np.append(led_heights_m(a)[item], -np.inf)
+    clearance = clearance_of(a, terrain, both, led_m=led_m[np.minimum(both.owner, count)])
     least_m, _, where = clearance.extremes_m()
     if clearance.is_missed.any():
         owner = int(both.owner[clearance.line[clearance.is_missed.argmax()]])
@@ -218,7 +222,7 @@ def returns_too_low(
     line = int(clearance.line[worst])
     place_m = both.start_m[line] + where[worst] * (both.end_m[line] - both.start_m[line])
     low = Lowest(float(least_m[worst]), int(both.owner[line]), place_m)
-    peak = _lowest_over_peaks(a, terrain, fan)
+    peak = _lowest_over_peaks(a, terrain, fan, led_m)
     if peak is not None and peak.clearance_m < low.clearance_m:
         low = peak
     if low.clearance_m >= a.setup.clearance_m - ROUNDING_M:
@@ -237,7 +241,9 @@ def returns_too_low(
     )
 
 
-def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> Lowest | None:
+def _lowest_over_peaks(
+    a: Assessment, terrain: TerrainGrid, fan: ReturnFan, led_m: FloatArray
+) -> Lowest | None:
     """Return where a return between the two ends of a stretch passes lowest over the centre of a cell."""
     import shapely
 
@@ -277,7 +283,8 @@ def _lowest_over_peaks(a: Assessment, terrain: TerrainGrid, fan: ReturnFan) -> L
     beside_m = np.take_along_axis(beside_m, away_m.argmin(axis=0)[None], axis=0)[0]
     height_m = np.where(is_inside, height_m, beside_m)
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
-    clearance_m = np.where(np.isnan(clearance_m), np.inf, clearance_m)
+    is_low = clearance_m < a.setup.clearance_m - falls_short_m(led_m[row], height_m)
+    clearance_m = np.where(is_low, clearance_m, np.inf)
     worst = int(clearance_m.argmin())
     place_m = np.append(peaks_m[peak[worst]], height_m[worst])
     return Lowest(float(clearance_m[worst]), int(row[worst]), place_m)

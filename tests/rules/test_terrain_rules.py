@@ -876,3 +876,24 @@ def test_a_profile_leaves_the_wind_as_given_at_the_height_of_home_over_a_valley(
         )
         energies_wh.append(done.totals.energy_wh)
     assert (energies_wh[1] == pytest.approx(energies_wh[0], rel=1e-9)) is is_as_given
+
+
+# PX4 takes a take-off to 5 m for done at 4.2 m and flies on (NAV_MC_ALT_RAD): the mission leads it at 5 m, as
+# over ground that is not known.  Led lower, or over ground that is higher, it is too low.
+@pytest.mark.parametrize("vehicle", ["px4-quad-2kg", "dji-matrice-300-rtk"])
+@pytest.mark.parametrize(
+    ("height_m", "ridge_m", "is_low"), [(5.0, 0.0, False), (4.9, 0.0, True), (5.0, 0.2, True)]
+)
+def test_a_place_that_counts_as_reached_from_below_is_as_high_as_it_is(
+    vehicle: str, height_m: float, ridge_m: float, *, is_low: bool
+) -> None:
+    low = mission(takeoff(height_m), waypoint(300, height_m), waypoint(20, height_m), rtl())
+    result = check(
+        replace(low, autopilot=Autopilot.PX4),
+        load_vehicle(vehicle),
+        battery=Battery(capacity_wh=170.0),
+        terrain=ground(ridge_m, at_m=150.0),
+    )
+    found = {one.about or one.code for one in result.findings if one.severity is Severity.ERROR}
+    assert ("A102" in found) is is_low
+    assert "A104" not in found or is_low
