@@ -81,7 +81,8 @@ BELOW_TERRAIN = Rule(
     "more than 1 m below it fires, and one nearer to it than --clearance is not evaluated (X904), by more "
     "than 1 m between places that are asked for no lower (PX4 ends a take-off NAV_MC_ALT_RAD below its "
     "height): it cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, "
-    "the clearance is what ground of 15° rises, 5 m in 19 m.",
+    "the clearance is what ground of 15° rises, 5 m in 19 m.  A place that is passed up to "
+    "0.8 m lower (NAV_MC_ALT_RAD) counts as high as the mission leads to it.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
