@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _MOST_PASSES = 12
 """Each pass settles the next leg at least; all at once settle in two or three."""
+_MOST_ALONE = 100
+"""So many are settled one by one, a flight for each, where all at once do not."""
 _SAME = 1e-3
 """Fractions of a leg that differ by less are one."""
 _AT_AN_END_M = 0.5
@@ -87,6 +89,12 @@ def route_with_queue(
         return replace(
             route, findings=(*route.findings, *_reported(mission, route.held, times, close))
         )
+    if len(route.held) <= _MOST_ALONE:
+        route = make(_one_by_one(route.held, make, pilot))
+        times = _Times(route, pilot.fly(route)[0])
+        return replace(
+            route, findings=(*route.findings, *_reported(mission, route.held, times, close))
+        )
     one = route.held[0]
     unsettled = ITEM_NOT_MODELLED.finding(
         f"{one.command.name}: when its condition is met cannot be predicted",
@@ -95,6 +103,20 @@ def route_with_queue(
         place=mission.items[one.item - 1].place,
     )
     return replace(route, findings=(*route.findings, unsettled))
+
+
+def _one_by_one(
+    held: tuple[HeldItem, ...], make: Callable[[Mapping[int, float]], Route], pilot: Pilot
+) -> dict[int, float]:
+    """Return where items are carried out, each by the flight without it: until then it is flown so."""
+    settled: dict[int, float] = {}
+    for visit in sorted(one.visit for one in held):
+        without = make(settled)
+        here = next(one for one in without.held if one.visit == visit)
+        fraction = _Times(without, pilot.fly(without)[0]).fraction(here)
+        if fraction is not None:
+            settled[visit] = fraction
+    return settled
 
 
 def _are_near(route: Route, firings: Mapping[int, float], before: Mapping[int, float]) -> bool:

@@ -406,3 +406,21 @@ def test_a_distance_that_is_reached_with_the_place_is_not_predicted(
     assert held_back(result) == {0.0: [Severity.WARNING], 0.5: [], 0.9: []}.get(
         near_m, [Severity.INFO]
     )
+
+
+@pytest.mark.parametrize("wait_s", [2.5, 3.0, 3.5])
+@pytest.mark.parametrize(("slow", "fast"), [(5.0, 8.0), (4.0, 6.0), (3.0, 9.0)])
+def test_a_wait_that_ends_while_a_slow_start_lasts_is_predicted(
+    wait_s: float, slow: float, fast: float
+) -> None:
+    """The article's model is 2 m along after 3 s: places nearer to a beginning than 0.5 m are that."""
+
+    def took(*queue: MissionItem) -> CheckResult:
+        begun = (takeoff(60.0), speed(slow), waypoint(100.0, 60.0))
+        return flown(*begun, *queue, waypoint(400.0, 60.0), rtl(), autopilot=STEP)
+
+    held = took(delay(wait_s), speed(fast))
+    assert held_back(held) == [Severity.INFO]
+    assert not [one for one in held.findings if "cannot be predicted" in one.message]
+    at_once_s, never_s = took(speed(fast)).totals.time_s, took().totals.time_s
+    assert at_once_s < held.totals.time_s < never_s
