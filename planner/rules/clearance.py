@@ -32,6 +32,8 @@ ROUNDING_M = 1e-4
 """Heights of grids are of single precision. [m]"""
 _FALLS_SHORT_M = 0.8
 """NAV_MC_ALT_RAD as it is delivered: PX4 takes a height for reached so far below it, and flies on. [m]"""
+_SHORT_SHARE = 0.2
+"""What may be missing of a clearance so, at most: a small one is not used up by it. [-]"""
 _CIRCLE_PARTS = 12
 """Chords of a circle: within 9 cm of one of 2.5 m."""
 _BOX_PLACES = 5
@@ -116,9 +118,12 @@ def led_heights_m(a: Assessment) -> FloatArray:
     return led_m
 
 
-def falls_short_m(led_m: FloatArray, height_m: FloatArray) -> FloatArray:
+def falls_short_m(
+    led_m: FloatArray, height_m: FloatArray, clearance_m: FloatArray | float
+) -> FloatArray:
     """Return how far heights are below those led to, as far as these count as reached. (n,) [m]"""
-    return np.clip(np.where(np.isinf(led_m), -np.inf, led_m) - height_m, 0.0, _FALLS_SHORT_M)
+    most_m = np.minimum(_FALLS_SHORT_M, _SHORT_SHARE * np.asarray(clearance_m))
+    return np.clip(np.where(np.isinf(led_m), -np.inf, led_m) - height_m, 0.0, most_m)
 
 
 def clearance_of(
@@ -150,6 +155,8 @@ def clearance_of(
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
     from_home_m = np.maximum(from_home_m - beside_m, 0.0)
     near_home_m = a.setup.clearance_m / STEEPEST_RISE
+    asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m)
+    short_m = falls_short_m(led_m[line], place_m[..., 2].min(axis=1), asked_m)
     return Clearance(
         line=line,
         start=start,
@@ -157,9 +164,7 @@ def clearance_of(
         length_m=lines.length_m[line] * (end - start),
         at_m=place_m[..., 2] - ground_m,
         is_known=is_known,
-        asked_m=np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m)
-        - ROUNDING_M
-        - falls_short_m(led_m[line], place_m[..., 2].min(axis=1)),
+        asked_m=asked_m - ROUNDING_M - short_m,
         is_missed=~is_known & (from_home_m > near_home_m),
     )
 

@@ -82,7 +82,8 @@ BELOW_TERRAIN = Rule(
     "than 1 m between places that are asked for no lower (PX4 ends a take-off NAV_MC_ALT_RAD below its "
     "height): it cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, "
     "the clearance is what ground of 15° rises, 5 m in 19 m.  A place that is passed up to "
-    "0.8 m lower (NAV_MC_ALT_RAD) counts as high as the mission leads to it.",
+    "0.8 m lower (NAV_MC_ALT_RAD), by a fifth of the clearance at most, counts as high as the mission leads "
+    "to it.",
     fix="fly higher there, or add a waypoint before the ridge",
     instead="--terrain, --home-amsl or --clearance",
 )
@@ -345,7 +346,7 @@ def _highest_beside(
     _, height_m = nearest_m(peaks_m[peak], ends_m[row, 0], ends_m[row, 1])
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
     asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * np.hypot(*peaks_m[peak].T))
-    asked_m -= ROUNDING_M + falls_short_m(led_m[row], height_m)
+    asked_m -= ROUNDING_M + falls_short_m(led_m[row], height_m, asked_m)
     clearance_m = np.where(clearance_m < asked_m, clearance_m, np.inf)
     worst = int(clearance_m.argmin())
     if not np.isfinite(clearance_m[worst]):

@@ -283,7 +283,8 @@ def _lowest_over_peaks(
     beside_m = np.take_along_axis(beside_m, away_m.argmin(axis=0)[None], axis=0)[0]
     height_m = np.where(is_inside, height_m, beside_m)
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
-    is_low = clearance_m < a.setup.clearance_m - falls_short_m(led_m[row], height_m)
+    short_m = falls_short_m(led_m[row], height_m, a.setup.clearance_m)
+    is_low = clearance_m < a.setup.clearance_m - short_m
     clearance_m = np.where(is_low, clearance_m, np.inf)
     worst = int(clearance_m.argmin())
     place_m = np.append(peaks_m[peak[worst]], height_m[worst])

@@ -879,13 +879,21 @@ def test_a_profile_leaves_the_wind_as_given_at_the_height_of_home_over_a_valley(
 
 
 # PX4 takes a take-off to 5 m for done at 4.2 m and flies on (NAV_MC_ALT_RAD): the mission leads it at 5 m, as
-# over ground that is not known.  Led lower, or over ground that is higher, it is too low.
+# over ground that is not known.  Led lower, or over ground that is higher, it is too low; so is what takes
+# more than a fifth of the clearance: led at 1 m it passes at 0.2 m.
 @pytest.mark.parametrize("vehicle", ["px4-quad-2kg", "dji-matrice-300-rtk"])
 @pytest.mark.parametrize(
-    ("height_m", "ridge_m", "is_low"), [(5.0, 0.0, False), (4.9, 0.0, True), (5.0, 0.2, True)]
+    ("height_m", "ridge_m", "clearance_m", "is_low"),
+    [
+        (5.0, 0.0, 5.0, False),
+        (4.9, 0.0, 5.0, True),
+        (5.0, 0.2, 5.0, True),
+        (1.0, 0.0, 1.0, True),
+        (4.5, 0.0, 4.0, False),
+    ],
 )
 def test_a_place_that_counts_as_reached_from_below_is_as_high_as_it_is(
-    vehicle: str, height_m: float, ridge_m: float, *, is_low: bool
+    vehicle: str, height_m: float, ridge_m: float, clearance_m: float, *, is_low: bool
 ) -> None:
     low = mission(takeoff(height_m), waypoint(300, height_m), waypoint(20, height_m), rtl())
     result = check(
@@ -893,6 +901,7 @@ def test_a_place_that_counts_as_reached_from_below_is_as_high_as_it_is(
         load_vehicle(vehicle),
         battery=Battery(capacity_wh=170.0),
         terrain=ground(ridge_m, at_m=150.0),
+        clearance_m=clearance_m,
     )
     found = {one.about or one.code for one in result.findings if one.severity is Severity.ERROR}
     assert ("A102" in found) is is_low
