@@ -380,10 +380,10 @@ def test_a_return_with_a_speed_held_back_takes_what_its_two_spans_take(
 def test_a_wait_that_ends_with_its_leg_is_not_predicted(
     share: float, made: MissionItem, *, expected: bool
 ) -> None:
-    plain = flown(takeoff(20.0), waypoint(north(100.0), 20.0), waypoint(north(200.0), 20.0), rtl())
+    plain = flown(takeoff(20.0), waypoint(100.0, 20.0), waypoint(200.0, 20.0), rtl())
     leg_s = arrival_s(plain, 2) - arrival_s(plain, 1)
-    items = (takeoff(20.0), delay(share * leg_s), made, waypoint(north(100.0), 20.0))
-    result = flown(*items, waypoint(north(200.0), 20.0), rtl())
+    items = (takeoff(20.0), delay(share * leg_s), made, waypoint(100.0, 20.0))
+    result = flown(*items, waypoint(200.0, 20.0), rtl())
     told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
     assert bool(told) == expected
 
@@ -397,8 +397,8 @@ def test_a_distance_that_is_reached_with_the_place_is_not_predicted(
     near_m: float, *, expected: bool
 ) -> None:
     """It stops at the place, recorded copters up to 0.8 m off."""
-    legs = (takeoff(20.0), waypoint(north(100.0), 20.0), distance(near_m), speed(3.0))
-    result = flown(*legs, waypoint(north(200.0), 20.0), rtl())
+    legs = (takeoff(20.0), waypoint(100.0, 20.0), distance(near_m), speed(3.0))
+    result = flown(*legs, waypoint(200.0, 20.0), rtl())
     told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
     assert [one.severity for one in told] == [Severity.ERROR] * expected
     assert all("within 1.0 m of that" in one.message for one in told)
