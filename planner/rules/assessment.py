@@ -95,13 +95,18 @@ class Assessment(Value, eq=False, dict=True):
         """Highest airspeed the model shows the vehicle to hold at its lean limit; ``None``: none. [m s⁻¹]"""
         return shown_airspeed_m_s(self.vehicle, self.own_parameters)
 
+    @property
+    def holds_for_others(self) -> bool:
+        """Whether it gives way to others: it holds on its way, and its returns are those without that."""
+        return self.returns.flight.motion is not self.flight.motion
+
     @cached_property
     def uncounted(self) -> Uncounted:
         """What the flight may take above its prediction where the model says nothing."""
         from planner.flight.uncounted import Uncounted
 
         flight, route, planned = self.returns.flight, self.returns.route, self
-        if flight is not self.flight:  # who gives way to others holds on its way
+        if self.holds_for_others:
             planned = replace(self, flight=flight, route=route)
         later_s = planned.lateness.in_all_s
         return Uncounted.of(flight, self.reach, self.shown_airspeed_m_s, later_s=later_s)
@@ -135,9 +140,9 @@ class Assessment(Value, eq=False, dict=True):
         Where it may not come forward at all E105 is an error.
         """
         lost_s = self.uncounted.late_s
-        if self.returns.flight is self.flight:
+        if not self.holds_for_others:
             return lost_s
-        # Who gives way to others holds on its way: nobody knows where it is late.
+        # Nobody knows where it is late.
         first_s = np.zeros(len(self.flight.motion.segments.item))
         first_s[0] = lost_s.sum()
         return first_s

@@ -159,8 +159,8 @@ def as_its_own_flies(
 
     With its own returns; nothing of it is later by its parameters.
     """
-    if own_flown is None or a.returns.flight is not a.flight:
-        return None  # who gives way to others holds on its way
+    if own_flown is None or a.holds_for_others:
+        return None
     from planner.flight.prediction import make_flight
     from planner.flight.returns.path import make_returns
 

@@ -16,6 +16,7 @@ from planner.rules.own_ways import DELIVERED_RADIUS_M
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.model import ModelSpread
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.resolve import resolve_parameters
 
@@ -66,6 +67,15 @@ def test_an_exclusion_inside_a_corner_that_the_autopilot_cuts_is_not_checked(
     told = found(fenced, parameters=SHARP[of].format(radius=radius))
     assert not {one.code for one in told} & {"F101"}
     assert bool(left_open(told) & {"F101", "F102"}) is (cuts and by_m > 0.0)
+
+
+def test_a_known_spread_of_stops_leaves_no_corner_out() -> None:
+    spread = ModelSpread(stopping_distance_fraction=0.1, n_flights=9, source="made")
+    model = replace(load_vehicle("falkowski-2023-quadrotor"), spread=spread)
+    given = parameters_from_text(SHARP["ArduPilot"].format(radius=10).encode(), source="p.param")
+    fenced = replace(TURNS, fence=Fence(circles=(inside(6.0, 1.0),)))
+    told = check(fenced, model, battery=PLENTY, parameters=given).findings
+    assert left_open(told) & {"F101", "F102"}
 
 
 # The radius of an item counts for PX4 alone; ArduPilot cuts by what WPNAV_RADIUS lets it, 2 m.

@@ -625,6 +625,8 @@ class _KeptAssessment(Assessment, eq=False, dict=True):
     kept: _Findings
     items = _Derived("items")
     reach = _Derived("reach")
+    lateness = _Derived("lateness")
+    late_returns = _Derived("late_returns")
     uncounted = _Derived("uncounted")
     battery_profile = _Derived("battery_profile")
     return_discharge = _Derived("return_discharge")
