@@ -9,14 +9,15 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Severity
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.commands import Command
-from planner.mission.route.queue import HELD_BACK
+from planner.mission.route.queue import HELD_BACK, soonest
 from planner.mission.route.stage import LEVEL_FIRST, StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Container, Iterator, Mapping
+    from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -42,6 +43,7 @@ _LEG_ERROR = 0.05
 """How far the time of a leg may be off. [-]"""
 _PLACE_ERROR_M = 1.0
 """How far off a vehicle is where its leg is over: recorded copters stop up to 0.8 m off. [m]"""
+_BRAKE = STATE_INDEX[FlightState.BRAKE]
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -57,28 +59,21 @@ def route_with_queue(
     firings: dict[int, float] = {}
     before: dict[int, float] = {}
     close: set[int] = set()
+    held: list[HeldItem] = []
     route = make(firings)
     for _ in range(_MOST_PASSES):
         if not route.held or not route.stages:
             return route
+        if sum(_may_turn(one) for one in route.held) > _MOST_ALONE:
+            return _unsettled(mission, route)
         times = _Times(route, pilot.fly(route)[0])
         close |= {one.item for one in route.held if times.is_close(one)}
-        found: dict[int, float] = {}
-        bounded: list[Finding] = []
-        for one in route.held:
-            if times.changes_a_curve(one):
-                others = {visit: at for visit, at in firings.items() if visit != one.visit}
-                fraction, finding = _bound(mission, one, others, make, pilot)
-                bounded += [finding] if finding else []
-            else:
-                fraction = times.fraction(one)
-            if fraction is not None:
-                found[one.visit] = fraction
+        found, held, bounded = _carried_out(mission, times, firings, make, pilot)
         if found.keys() == firings.keys() and all(
             abs(found[visit] - firings[visit]) < _SAME for visit in found
         ):
-            reported = (*bounded, *_reported(mission, route.held, times, close))
-            return replace(route, findings=(*route.findings, *reported))
+            route = replace(route, findings=(*route.findings, *bounded))
+            return _told(mission, route, held, times, close)
         before, firings = firings, found
         route = make(firings)
     other = make(before)
@@ -86,37 +81,112 @@ def route_with_queue(
         times = _Times(route, pilot.fly(route)[0])
         if (last := _Times(other, pilot.fly(other)[0])).flight_s > times.flight_s:
             route, times = other, last
-        return replace(
-            route, findings=(*route.findings, *_reported(mission, route.held, times, close))
-        )
-    if len(route.held) <= _MOST_ALONE:
-        route = make(_one_by_one(route.held, make, pilot))
-        times = _Times(route, pilot.fly(route)[0])
-        return replace(
-            route, findings=(*route.findings, *_reported(mission, route.held, times, close))
-        )
+        return _told(mission, route, held, times, close)
+    if len(route.held) > _MOST_ALONE:
+        return _unsettled(mission, route)
+    firings, held = _one_by_one(route.held, make, pilot)
+    route = make(firings)
+    return _told(mission, route, held, _Times(route, pilot.fly(route)[0]), close)
+
+
+def _carried_out(
+    mission: Mission,
+    times: _Times,
+    firings: Mapping[int, float],
+    make: Callable[[Mapping[int, float]], Route],
+    pilot: Pilot,
+) -> tuple[dict[int, float], list[HeldItem], list[Finding]]:
+    """Return where items are carried out by a flight that does so at ``firings``, and what they wait for.
+
+    And what is only bounded.
+    """
+    found: dict[int, float] = {}
+    held: list[HeldItem] = []
+    bounded: list[Finding] = []
+    for each in times.held:
+        others = {visit: at for visit, at in firings.items() if visit != each.visit}
+        one = _as_it_takes_longest(each, others, make, pilot)
+        held.append(one)
+        if times.changes_a_curve(one):
+            fraction, finding = _bound(mission, one, others, make, pilot)
+            bounded += [finding] if finding else []
+        else:
+            fraction = times.fraction(one)
+        if fraction is not None:
+            found[one.visit] = fraction
+    return found, held, bounded
+
+
+def _told(
+    mission: Mission, route: Route, held: Sequence[HeldItem], times: _Times, close: Container[int]
+) -> Route:
+    """Return a route with what becomes of its items held back, whose conditions are those of ``held``."""
+    conditions = {one.visit: one.conditions for one in held}
+    told = [replace(one, conditions=conditions[one.visit]) for one in route.held]
+    return replace(route, findings=(*route.findings, *_reported(mission, told, times, close)))
+
+
+def _unsettled(mission: Mission, route: Route) -> Route:
+    """Return a route with the error that nobody knows when its items held back are carried out."""
     one = route.held[0]
-    unsettled = ITEM_NOT_MODELLED.finding(
+    finding = ITEM_NOT_MODELLED.finding(
         f"{one.command.name}: when its condition is met cannot be predicted",
         severity=Severity.ERROR,
         item=one.item,
         place=mission.items[one.item - 1].place,
     )
-    return replace(route, findings=(*route.findings, unsettled))
+    return replace(route, findings=(*route.findings, finding))
+
+
+def _may_turn(one: HeldItem) -> bool:
+    """Return whether an item waits for a turn that may be shorter, or none."""
+    return soonest(one.conditions) != one.conditions
+
+
+def _as_it_takes_longest(
+    one: HeldItem,
+    others: Mapping[int, float],
+    make: Callable[[Mapping[int, float]], Route],
+    pilot: Pilot,
+) -> HeldItem:
+    """Return a speed behind a turn with the turn by which the flight takes longest: the longest, or none."""
+    if one.command is not Command.DO_CHANGE_SPEED or not _may_turn(one):
+        return one
+    at_once = replace(one, conditions=soonest(one.conditions))
+    without = make(others)
+    here = next(each for each in without.held if each.visit == one.visit)
+    times = _Times(without, pilot.fly(without)[0])
+    last, first = (
+        times.fraction(replace(here, conditions=each.conditions)) for each in (one, at_once)
+    )
+    if first is None or first == last:
+        return one
+    first_s, last_s = (
+        times.flight_s
+        if at is None
+        else float(pilot.fly(make({**others, one.visit: at}))[0].segments.end_s[-1])
+        for at in (first, last)
+    )
+    return at_once if first_s > last_s else one
 
 
 def _one_by_one(
     held: tuple[HeldItem, ...], make: Callable[[Mapping[int, float]], Route], pilot: Pilot
-) -> dict[int, float]:
-    """Return where items are carried out, each by the flight without it: until then it is flown so."""
+) -> tuple[dict[int, float], list[HeldItem]]:
+    """Return where items are carried out, each by the flight without it, and what they wait for.
+
+    Until an item is carried out the leg is flown so.
+    """
     settled: dict[int, float] = {}
+    chosen: list[HeldItem] = []
     for visit in sorted(one.visit for one in held):
         without = make(settled)
         here = next(one for one in without.held if one.visit == visit)
-        fraction = _Times(without, pilot.fly(without)[0]).fraction(here)
+        chosen.append(_as_it_takes_longest(here, settled, make, pilot))
+        fraction = _Times(without, pilot.fly(without)[0]).fraction(chosen[-1])
         if fraction is not None:
             settled[visit] = fraction
-    return settled
+    return settled, chosen
 
 
 def _are_near(route: Route, firings: Mapping[int, float], before: Mapping[int, float]) -> bool:
@@ -146,6 +216,7 @@ def _bound(
     """
     without = make(others)
     here = next(each for each in without.held if each.visit == one.visit)
+    here = replace(here, conditions=one.conditions)
     fraction = _Times(without, pilot.fly(without)[0]).fraction(here)
     if fraction in {None, 0.0, 1.0}:
         return fraction, None
@@ -168,11 +239,16 @@ class _Times:
     """When the legs of a route begin and end, and where the vehicle is."""
 
     def __init__(self, route: Route, motion: Motion) -> None:
+        self.held = route.held
         self._motion = motion
         end_s = np.concatenate(([0.0], motion.segments.end_s))
         self.flight_s = float(end_s[-1])
-        self._arrival_s = end_s[np.maximum.accumulate(motion.arrival_segment) + 1]
         self._kinds = [stage.kind for stage in route.stages]
+        # The queue runs while the vehicle holds, too; not while it brakes out of a circle.
+        is_circle = np.array([kind is StageKind.CIRCLE for kind in self._kinds])
+        done = motion.done_segment
+        done = done - (is_circle & (done > 0) & (motion.segments.state[done] == _BRAKE))
+        self._done_s = end_s[np.maximum.accumulate(done) + 1]
         self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])
 
     def changes_a_curve(self, one: HeldItem) -> bool:
@@ -183,8 +259,8 @@ class _Times:
     def span_s(self, one: HeldItem) -> tuple[float, float]:
         """Return when the leg of an item begins and ends. [s]"""
         first = one.first_stage
-        begin = float(self._arrival_s[first - 1]) if first else 0.0
-        return begin, float(self._arrival_s[one.last_stage])
+        begin = float(self._done_s[first - 1]) if first else 0.0
+        return begin, float(self._done_s[one.last_stage])
 
     def fires_s(self, one: HeldItem) -> float | None:
         """Return when the conditions of an item are met; ``None`` where its leg ends before. [s]"""
@@ -206,10 +282,12 @@ class _Times:
         """Return whether a condition is met so near to the end of its leg that either may be first."""
         begin_s, end_s = self.span_s(one)
         near_m = [c.within_m for c in one.conditions if c.within_m is not None]
-        if (
-            0.0 in near_m
-        ):  # no distance is below it (ArduCopter, ``ModeAuto::verify_within_distance``)
+        if 0.0 in near_m:  # none is below it (ArduCopter, ``ModeAuto::verify_within_distance``)
             return False
+        if one.command is Command.DO_SET_HOME and self.fires_s(one) is None:
+            at_once = replace(one, conditions=soonest(one.conditions))
+            if self.fires_s(at_once) is not None:  # the turn may be shorter
+                return True
         wait_s = sum(condition.wait_s for condition in one.conditions)
         if wait_s > 0.0 and abs(begin_s + wait_s - end_s) < _LEG_ERROR * (end_s - begin_s):
             return True
@@ -243,7 +321,7 @@ class _Times:
 
 
 def _reported(
-    mission: Mission, held: tuple[HeldItem, ...], times: _Times, close: Container[int]
+    mission: Mission, held: Sequence[HeldItem], times: _Times, close: Container[int]
 ) -> Iterator[Finding]:
     """Yield of each item that is held back what becomes of it the first time."""
     seen: set[int] = set()
@@ -256,14 +334,13 @@ def _reported(
         rule = HELD_BACK
         severity: Severity | None = None
         if one.item in close:
-            within = quantity.percent(_LEG_ERROR)
+            over = f"the leg is over within {quantity.percent(_LEG_ERROR)} of that"
             if one.conditions[-1].within_m is not None:
-                within = quantity.distance(_PLACE_ERROR_M)
+                over = f"the leg is over within {quantity.distance(_PLACE_ERROR_M)} of that"
+            elif at_s is None and _may_turn(one):
+                over = "the leg may be over before the turn is, or not"
             rule, severity = ITEM_NOT_MODELLED, Severity.ERROR
-            message = (
-                f"{after}, and the leg is over within {within} of that: whether it is carried out "
-            )
-            message += "cannot be predicted"
+            message = f"{after}, and {over}: whether it is carried out cannot be predicted"
         elif at_s is None:
             severity = Severity.WARNING
             message = f"{after}: never carried out, the leg is over after "

@@ -424,3 +424,57 @@ def test_a_wait_that_ends_while_a_slow_start_lasts_is_predicted(
     assert not [one for one in held.findings if "cannot be predicted" in one.message]
     at_once_s, never_s = took(speed(fast)).totals.time_s, took().totals.time_s
     assert at_once_s < held.totals.time_s < never_s
+
+
+# A vehicle may point to a heading already, or have to turn all the way round (18 s at 20 °/s): the slower
+# speed counts from the beginning of the leg, the faster one from the end of the longest turn.
+@pytest.mark.parametrize("autopilot", FLOWN)
+@pytest.mark.parametrize("then", [2.0, 8.0])
+def test_a_speed_behind_a_turn_counts_as_the_flight_takes_longest(
+    then: float, autopilot: Autopilot
+) -> None:
+    def took_s(*queue: MissionItem) -> float:
+        begun = (takeoff(30), speed(4.0), waypoint(50, 30))
+        return flown(*begun, *queue, waypoint(450, 30), rtl(), autopilot=autopilot).totals.time_s
+
+    turned = took_s(yaw(90.0, rate=20.0, direction=1.0), speed(then))
+    assert turned == pytest.approx(took_s(delay(18.0 if then > 4.0 else 0.0), speed(then)), abs=0.5)
+
+
+@pytest.mark.parametrize("autopilot", FLOWN)
+def test_a_slower_speed_behind_a_turn_longer_than_its_leg_may_be_carried_out(
+    autopilot: Autopilot,
+) -> None:
+    # 100 m at 10 m/s in some 13 s, the turn in 18 s at most; the 900 m behind at 1 m/s take 900 s.
+    legs = (takeoff(30), speed(10.0), waypoint(100, 30), yaw(90.0, rate=20.0, direction=1.0))
+    result = flown(
+        *legs, speed(1.0), waypoint(200, 30), waypoint(1100, 30), rtl(), autopilot=autopilot
+    )
+    assert arrival_s(result, 7) - arrival_s(result, 6) == pytest.approx(900.0, abs=20.0)
+
+
+@pytest.mark.parametrize(("rate", "severity"), [(20.0, Severity.ERROR), (60.0, Severity.INFO)])
+def test_a_home_behind_a_turn_that_may_outlast_its_leg_is_not_predicted(
+    rate: float, severity: Severity
+) -> None:
+    # Some 13 s for 100 m: longer than a whole turn at 60 °/s, not than one at 20 °/s.
+    home = item(179, north(50), 0.0)
+    legs = (takeoff(30), speed(10.0), waypoint(100, 30), yaw(90.0, rate=rate, direction=1.0))
+    result = flown(*legs, home, waypoint(200, 30), rtl())
+    told = [one for one in result.findings if one.item == 5 and one.code in {"T102", "T115"}]
+    assert [one.severity for one in told] == [severity]
+
+
+# ArduPilot runs its queue until a navigation item is done, what it holds there included.
+@pytest.mark.parametrize("autopilot", FLOWN)
+@pytest.mark.parametrize(
+    ("wait_s", "leg_s"),
+    [(30.0, 900.0), (200.0, 90.0)],  # 900 m at 1 m/s, or still at 10 m/s
+)
+def test_items_held_back_are_carried_out_while_the_vehicle_holds(
+    wait_s: float, leg_s: float, autopilot: Autopilot
+) -> None:
+    legs = (takeoff(30), speed(10.0), delay(wait_s), speed(1.0), waypoint(100, 30, hold_s=60.0))
+    result = flown(*legs, waypoint(1000, 30), rtl(), autopilot=autopilot)
+    arrived = arrival_s(result, 6) - arrival_s(result, 5) - 60.0
+    assert arrived == pytest.approx(leg_s, abs=15.0)

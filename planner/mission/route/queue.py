@@ -38,8 +38,9 @@ HELD_BACK = Rule(
     how="DO_CHANGE_SPEED, DO_SET_HOME and DO_FENCE_ENABLE behind a condition, on ArduPilot: carried out "
     "so many seconds after the leg began, so near to its place, or after the longest turn to the "
     "heading, as predicted: half a turn, a whole one where the item says which way round, no faster than "
-    "ATC_SLEW_YAW.  A fence behind a turn is on at once: it may point there already.  A warning where the "
-    "leg is over before.",
+    "ATC_SLEW_YAW.  The vehicle may point there already: a fence is on at once, and so is a speed where the "
+    "flight takes longer by it.  A home that may be set before the leg is over, or not, is an error (T102).  "
+    "A warning where the leg is over before.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
 )
 
@@ -54,7 +55,9 @@ class Condition(Value):
 
     command: Command
     wait_s: float = 0.0
-    """Time it takes. [s]"""
+    """Time it takes, a turn to a heading at most. [s]"""
+    least_s: float = 0.0
+    """Time it takes at least: a vehicle may point to a heading already. [s]"""
     within_m: float | None = None
     """Distance to the place flown to below which it is met, 0: never; ``None``: it is one of time. [m]"""
 
@@ -76,19 +79,17 @@ def condition_of(item: MissionItem, turn_deg_s: float = TURN_DEG_S) -> Condition
     if command is Command.CONDITION_DISTANCE:
         return Condition(command=command, within_m=value)
     if command is Command.CONDITION_DELAY:
-        return Condition(command=command, wait_s=value)
+        return Condition(command=command, wait_s=value, least_s=value)
     longest_deg = _WHOLE_TURN_DEG if item.param3 else _HALF_TURN_DEG
     turn_deg = abs(item.param1 or 0.0) if item.param4 else longest_deg
     asked_deg_s = item.param2 if item.param2 is not None and item.param2 > 0.0 else turn_deg_s
-    return Condition(command=command, wait_s=turn_deg / min(asked_deg_s, turn_deg_s))
+    wait_s = turn_deg / min(asked_deg_s, turn_deg_s)
+    return Condition(command=command, wait_s=wait_s, least_s=wait_s if item.param4 else 0.0)
 
 
 def soonest(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
-    """Return conditions as they are met where no turn is left to make."""
-    return tuple(
-        replace(one, wait_s=0.0) if one.command is Command.CONDITION_YAW else one
-        for one in conditions
-    )
+    """Return conditions as they are met where no turn to a heading is left to make."""
+    return tuple(replace(one, wait_s=one.least_s) for one in conditions)
 
 
 class HeldItem(Value):
