@@ -464,12 +464,14 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
     if not isinstance(given, Mission):
         msg = f"mission must be planner.read_mission(path): got {given!r:.60}"
         raise UsageError(msg)
+    setup, found_first = _flown_as_stated(mission, setup)
     target = _target(mission, setup)
     parameters, found = flight_parameters(
         setup,
         version=None if setup.target is None else setup.target.version,
         has_rally=bool(mission.rally),
     )
+    found += found_first
     own_parameters = parameters
     if setup.flown_by is Autopilot.STEP and setup.parameters is not None:
         own_parameters, noted = own_parameters_of(
@@ -533,6 +535,31 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         route=route,
         findings=tuple(found),
     )
+
+
+def _flown_as_stated(mission: Mission, setup: Setup) -> tuple[Setup, list[Finding]]:
+    """Return a setup that is flown by who its parameters, its target or the mission name, and say so.
+
+    Where the model's autopilot is assumed and ``--autopilot`` states none.
+    """
+    if setup.autopilot is not None or not setup.vehicle.reference_assumed:
+        return setup, []
+    given, target = setup.parameters, setup.target
+    named = [
+        (None if given is None else given.stack, "its parameters are"),
+        (None if target is None else target.autopilot, "the target is"),
+        (mission.autopilot, "the mission's file is"),
+    ]
+    by, whose = next((one for one in named if one[0] not in {None, Autopilot.STEP}), (None, ""))
+    if by is None or by is setup.vehicle.reference:
+        return setup, []
+    from planner.rules.model import AUTOPILOT_DIFFERS
+
+    message = (
+        f"flown by {by.label}, as {whose} for it: the model {setup.vehicle.name} only assumes "
+        f"{setup.vehicle.reference.label}; state it with --autopilot"
+    )
+    return replace(setup, autopilot=by), [AUTOPILOT_DIFFERS.finding(message)]
 
 
 def at_speed(prepared: Preparation, speed_m_s: float) -> Preparation:

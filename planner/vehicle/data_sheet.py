@@ -184,6 +184,7 @@ class _Sheet:
         """Standard deviation of the logarithm of each quantity the power depends on."""
         self.readings: list[str] = [*sheet.notes]
         self.parameters = {} if sheet.parameters is None else sheet.parameters.numbers()
+        self.is_autopilot_assumed = False
         self.autopilot = self._autopilot()
         self.battery = self._battery()
         self.mass_kg = self._mass_kg()
@@ -240,7 +241,10 @@ class _Sheet:
             )
             raise UsageError(msg)
         if asked is None and stack is None:
-            self.readings.append("flown by ArduPilot: assumed")
+            self.readings.append(
+                "flown by ArduPilot: assumed; a mission or parameters of PX4 are flown by PX4"
+            )
+            self.is_autopilot_assumed = True
         return asked or stack or Autopilot.ARDUPILOT
 
     def _told_cells(self) -> tuple[int, str] | None:
@@ -604,6 +608,7 @@ class _Sheet:
             source=f"{sheet.name}.toml",
             kind="multicopter",
             reference=self.autopilot,
+            reference_assumed=self.is_autopilot_assumed,
             description=sheet.description
             or f"{facts}: nobody logged a flight, energies may be off by {off}.",
             mass_kg=self.mass_kg,

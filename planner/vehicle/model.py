@@ -468,6 +468,12 @@ class VehicleModel(Part):
         Autopilot, Key("who shapes the reference the model answers: step (nobody), px4, ardupilot")
     ]
     description: Annotated[str, Key("one or two sentences for a pilot")]
+    reference_assumed: Annotated[
+        bool,
+        Key(
+            "whether nobody said which autopilot it is: a mission or parameters of another are flown by that"
+        ),
+    ] = False
     mass_kg: Annotated[
         float | None, Key("take-off mass with battery, without payload", "kg", POSITIVE)
     ] = None

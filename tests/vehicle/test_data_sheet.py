@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from made_missions import mission, rtl, takeoff, waypoint
 from scipy.optimize import brentq
 
 import planner
@@ -20,6 +21,8 @@ from planner.errors import UsageError
 from planner.notation import read_battery
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.service.endurance import predict_endurance
+from planner.service.preflight import check
+from planner.values import replace
 from planner.vehicle.data_sheet import DataSheet, vehicle_from_data_sheet
 from planner.vehicle.figures import read_hover, read_mass, read_motor, read_propeller, read_rotors
 from planner.vehicle.pack import flown_pack
@@ -409,3 +412,38 @@ def test_units_that_people_write_are_read() -> None:
     ):
         with pytest.raises(ValueError, match=r"expected|above 0|below 100|write"):
             reader(text)
+
+
+# 2 km at the 5 m/s that PX4 flies as delivered (MPC_XY_CRUISE), or at 10 m/s of ArduPilot (WPNAV_SPEED).
+@pytest.mark.parametrize(
+    ("sheet_says", "asked", "mission_says", "parameters", "flown_by"),
+    [
+        (None, None, Autopilot.PX4, "", Autopilot.PX4),
+        (None, None, None, "MPC_XY_CRUISE,5\n", Autopilot.PX4),
+        (None, None, Autopilot.ARDUPILOT, "", Autopilot.ARDUPILOT),
+        (None, None, None, "", Autopilot.ARDUPILOT),
+        (None, Autopilot.ARDUPILOT, Autopilot.PX4, "", Autopilot.ARDUPILOT),
+        (Autopilot.ARDUPILOT, None, Autopilot.PX4, "", Autopilot.ARDUPILOT),
+    ],
+)
+def test_an_assumed_autopilot_gives_way_to_the_one_that_is_named(
+    sheet_says: Autopilot | None,
+    asked: Autopilot | None,
+    mission_says: Autopilot | None,
+    parameters: str,
+    flown_by: Autopilot,
+) -> None:
+    out = mission(takeoff(30), waypoint(2000, 30), waypoint(2100, 30), rtl())
+    given = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
+    result = check(
+        replace(out, autopilot=mission_says),
+        _vehicle(autopilot=sheet_says),
+        battery=read_battery("4000Wh"),
+        parameters=given,
+        autopilot=asked,
+    )
+    begin_s, end_s = (one.arrival_s or 0.0 for one in result.items[:2])
+    assert end_s - begin_s == pytest.approx(400.0 if flown_by is Autopilot.PX4 else 200.0, rel=0.06)
+    told = [one.message for one in result.findings if one.code == "M109"]
+    is_silent = mission_says in {None, flown_by} and flown_by is Autopilot.ARDUPILOT
+    assert bool(told) is not is_silent

@@ -94,7 +94,7 @@ class _Watched(Setup):
 
 
 _FIELDS = frozenset(field_names(Setup))
-_DECIDED = frozenset({"position_noise_m"})
+_DECIDED = frozenset({"autopilot", "position_noise_m"})
 """Fields that the preparation decides where a setup leaves them open."""
 
 
