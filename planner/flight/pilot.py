@@ -309,7 +309,7 @@ def make_pilot(
 
 
 def make_own_pilot(
-    vehicle: VehicleModel, parameters: FlightParameters
+    vehicle: VehicleModel, parameters: FlightParameters, *, terrain: TerrainGrid | None
 ) -> ArduPilotPilot | Px4Pilot:
     """Return who flies a vehicle of reference steps by the laws of its own autopilot, in calm air.
 
@@ -326,13 +326,13 @@ def make_own_pilot(
 
         return Px4Pilot(parameters=own, wind=calm)
     own = replace(own, return_speed_m_s=speeds.returning_m_s)
-    return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None)
+    return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None, terrain=terrain)
 
 
 def make_queue_pilot(setup: Setup, own_parameters: FlightParameters | None) -> Pilot:
     """Return by whose times the queue of a mission goes on: the vehicle's own autopilot where it is known."""
     if setup.flown_by is Autopilot.STEP and own_parameters is not None:
-        return make_own_pilot(setup.vehicle, own_parameters)
+        return make_own_pilot(setup.vehicle, own_parameters, terrain=setup.terrain)
     return make_pilot(setup, own_parameters)
 
 

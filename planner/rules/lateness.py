@@ -148,7 +148,7 @@ def own_flown_of(
         given = resolve_parameters(target.autopilot, version=target.version).values
     if given is None:
         return None
-    pilot = make_own_pilot(a.vehicle, given)
+    pilot = make_own_pilot(a.vehicle, given, terrain=a.setup.terrain)
     return pilot, pilot.fly(a.route)
 
 

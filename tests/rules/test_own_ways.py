@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import ground, pole
+from made_terrain import ground, hill, pole
 from rule_cases.case import PLENTY, found
 
 from planner.autopilot import Autopilot, Target
+from planner.findings import Severity
 from planner.geo.fence import Fence, FenceCircle
 from planner.rules.own_ways import DELIVERED_RADIUS_M
 from planner.service.preflight import check
@@ -155,6 +156,21 @@ def test_ground_as_high_under_returns_from_a_leg_that_climbs_is_not_checked(
     told = found(rising, parameters=parameters, terrain=terrain)
     assert not [one for one in told if one.code in {"A102", "A104"}]
     assert ("A104" in left_open(told)) is is_open
+
+
+# The own autopilot follows a hill, too: 20 m above one of 30 m it is above all ground, returns included.
+@pytest.mark.parametrize(("follows", "is_open"), [(10, False), (3, True)])
+def test_the_own_autopilot_follows_the_ground_under_its_legs(
+    follows: int, *, is_open: bool
+) -> None:
+    legs = [item(16, north(metres), 20.0, frame=follows) for metres in (20.0, 480.0)]
+    told = found(
+        mission(takeoff(20), *legs, rtl()),
+        parameters="TERRAIN_ENABLE,1\nRTL_ALT,6000\n",
+        terrain=hill(30.0),
+    )
+    codes = {one.code for one in told if one.severity is Severity.ERROR}
+    assert bool(codes & {"A102", "A104", "X904"}) is is_open
 
 
 # It flies home at the speed of its missions where RTL_SPEED is 0, and not at the default of another vehicle.
