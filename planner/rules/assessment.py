@@ -62,7 +62,7 @@ class Assessment(Value, eq=False, dict=True):
     """As the user gives it, with the position noise that counts."""
     route: Route
     target: Target | None
-    """Whose rules the mission has to meet: of what flies it, else of the file or of its parameters."""
+    """Whose rules the mission has to meet: of what flies it, of steps of its parameters or the file."""
     parameters: FlightParameters | None
     """What the autopilot is taken to fly with; ``None`` for reference steps."""
     own_parameters: FlightParameters | None

@@ -153,7 +153,7 @@ class Preparation(Value):
     setup: Setup
     """With the position noise that counts."""
     target: Target | None
-    """Whose rules the mission has to meet: of what flies it, else of the file or of its parameters."""
+    """Whose rules the mission has to meet: of what flies it, of steps of its parameters or the file."""
     parameters: FlightParameters | None
     """What the autopilot is taken to fly with; ``None`` for reference steps."""
     own_parameters: FlightParameters | None
@@ -718,9 +718,12 @@ def _target(mission: Mission, setup: Setup) -> Target | None:
             msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
             raise UsageError(msg)
         return setup.target
-    autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by
-    if (autopilot is None or autopilot is Autopilot.STEP) and given is not None:
-        autopilot = given.stack
+    autopilot: Autopilot | None = flown_by
+    if (
+        flown_by is Autopilot.STEP
+    ):  # its parameters tell what it is, its file what that was written for
+        stack = None if given is None else given.stack
+        autopilot = mission.autopilot if stack is None else stack
     if autopilot is None or autopilot is Autopilot.STEP:
         return None
     is_known = given is not None and given.stack is autopilot

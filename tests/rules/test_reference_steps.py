@@ -884,3 +884,18 @@ def test_who_climbs_faster_than_the_model_comes_home_sooner() -> None:
     )
     assert by_model_s > 18.0
     assert by_own_s == pytest.approx(6.5, abs=1.0)
+
+
+# PX4 refuses circles at upload, and the whole mission with them; the file's firmware may be QGroundControl's
+# choice of when no vehicle was connected.
+@pytest.mark.parametrize(
+    ("parameters", "is_refused"), [("MPC_XY_CRUISE,8\n", True), ("WPNAV_SPEED,800\n", False)]
+)
+@pytest.mark.parametrize("written_for", [Autopilot.PX4, Autopilot.ARDUPILOT, None])
+def test_the_rules_are_those_of_the_vehicles_parameters_whatever_the_file_says(
+    written_for: Autopilot | None, parameters: str, *, is_refused: bool
+) -> None:
+    turns = item(18, north(200), 30.0, params=(2.0, 0.0, 30.0, None))
+    circled = replace(mission(takeoff(30.0), turns, rtl()), autopilot=written_for)
+    told = found(circled, STEP, parameters)
+    assert ("M105" in {one.code for one in told}) is is_refused
