@@ -153,9 +153,7 @@ def _as_it_takes_longest(
     if one.command is not Command.DO_CHANGE_SPEED or not _may_turn(one):
         return one
     at_once = replace(one, conditions=soonest(one.conditions))
-    without = make(others)
-    here = next(each for each in without.held if each.visit == one.visit)
-    times = _Times(without, pilot.fly(without)[0])
+    here, times = _flown_without(one.visit, others, make, pilot)
     last, first = (
         times.fraction(replace(here, conditions=each.conditions)) for each in (one, at_once)
     )
@@ -170,6 +168,18 @@ def _as_it_takes_longest(
     return at_once if first_s > last_s else one
 
 
+def _flown_without(
+    visit: int,
+    others: Mapping[int, float],
+    make: Callable[[Mapping[int, float]], Route],
+    pilot: Pilot,
+) -> tuple[HeldItem, _Times]:
+    """Return an item where the others are carried out and it is not, and the times of that flight."""
+    without = make(others)
+    here = next(one for one in without.held if one.visit == visit)
+    return here, _Times(without, pilot.fly(without)[0])
+
+
 def _one_by_one(
     held: tuple[HeldItem, ...], make: Callable[[Mapping[int, float]], Route], pilot: Pilot
 ) -> tuple[dict[int, float], list[HeldItem]]:
@@ -180,10 +190,9 @@ def _one_by_one(
     settled: dict[int, float] = {}
     chosen: list[HeldItem] = []
     for visit in sorted(one.visit for one in held):
-        without = make(settled)
-        here = next(one for one in without.held if one.visit == visit)
+        here, times = _flown_without(visit, settled, make, pilot)
         chosen.append(_as_it_takes_longest(here, settled, make, pilot))
-        fraction = _Times(without, pilot.fly(without)[0]).fraction(chosen[-1])
+        fraction = times.fraction(chosen[-1])
         if fraction is not None:
             settled[visit] = fraction
     return settled, chosen
@@ -214,10 +223,8 @@ def _bound(
 
     Until then the leg is flown as without it.  From whichever end it takes longer, it is predicted.
     """
-    without = make(others)
-    here = next(each for each in without.held if each.visit == one.visit)
-    here = replace(here, conditions=one.conditions)
-    fraction = _Times(without, pilot.fly(without)[0]).fraction(here)
+    here, times = _flown_without(one.visit, others, make, pilot)
+    fraction = times.fraction(replace(here, conditions=one.conditions))
     if fraction in {None, 0.0, 1.0}:
         return fraction, None
     first_s, last_s = (
@@ -226,7 +233,7 @@ def _bound(
     )
     end = "beginning" if first_s > last_s else "end"
     finding = ITEM_NOT_MODELLED.finding(
-        f"{one.command.name} is carried out in the middle of item {without.stages[here.last_stage].item}, "
+        f"{one.command.name} is carried out in the middle of item {times.item_of(here)}, "
         f"which is no straight leg: predicted from its {end}, which takes "
         f"{quantity.duration(abs(first_s - last_s))} longer",
         item=one.item,
@@ -243,6 +250,7 @@ class _Times:
         self._motion = motion
         end_s = np.concatenate(([0.0], motion.segments.end_s))
         self.flight_s = float(end_s[-1])
+        self._items = [stage.item for stage in route.stages]
         self._kinds = [stage.kind for stage in route.stages]
         # The queue runs while the vehicle holds, too; not while it brakes out of a circle.
         is_circle = np.array([kind is StageKind.CIRCLE for kind in self._kinds])
@@ -250,6 +258,10 @@ class _Times:
         done = done - (is_circle & (done > 0) & (motion.segments.state[done] == _BRAKE))
         self._done_s = end_s[np.maximum.accumulate(done) + 1]
         self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])
+
+    def item_of(self, one: HeldItem) -> int:
+        """Return the item whose leg holds an item back."""
+        return self._items[one.last_stage]
 
     def changes_a_curve(self, one: HeldItem) -> bool:
         """Return whether an item commands the speed of a leg that is not straight."""
