@@ -14,10 +14,10 @@ from planner.mission.commands import Command
 from planner.mission.route.queue import HELD_BACK, soonest
 from planner.mission.route.stage import LEVEL_FIRST, StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
-from planner.values import replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -44,86 +44,118 @@ _LEG_ERROR = 0.05
 _PLACE_ERROR_M = 1.0
 """How far off a vehicle is where its leg is over: recorded copters stop up to 0.8 m off. [m]"""
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
+_SAME_S = 0.5
+"""Flights that take so little longer take the same time. [s]"""
+_HERE = 1.0
+"""First parameter of a DO_SET_HOME to where the vehicle is."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
 
+class QueueFlights(Value):
+    """The flights by whose times a queue may go on."""
+
+    pilots: tuple[Pilot, ...]
+    """Who may fly it; the first as predicted."""
+    late_s: Callable[[Motion], FloatArray] | None = None
+    """How much longer the segments of each may last besides; ``None``: no longer. (s,) [s]"""
+
+    def times(self, route: Route) -> tuple[_Times, ...]:
+        """Return when the legs of a route begin and end, as predicted first."""
+        every = []
+        for pilot in self.pilots:
+            motion = pilot.fly(route)[0]
+            every.append(_Times(route, motion))
+            late_s = None if self.late_s is None else self.late_s(motion)
+            if late_s is not None and late_s.any():
+                every.append(_Times(route, motion, late_s))
+        return tuple(every)
+
+    def longest_s(self, route: Route) -> float:
+        """Return how long a route takes at most. [s]"""
+        return max(times.flight_s for times in self.times(route))
+
+
+class _QueuedMission(Value):
+    """What a mission may be flown like: its routes by where items held back are carried out, and by whom."""
+
+    mission: Mission
+    make: Callable[[Mapping[int, float]], Route]
+    flights: QueueFlights
+
+
+class _Settled(Value):
+    """Where on its leg an item is carried out, by what flight takes longest."""
+
+    item: HeldItem
+    """With the conditions that are met so."""
+    fraction: float | None
+    """``None``: nowhere. [-]"""
+    finding: Finding | None = None
+    """That it may be another."""
+
+
 def route_with_queue(
-    mission: Mission, make: Callable[[Mapping[int, float]], Route], pilot: Pilot
+    mission: Mission, make: Callable[[Mapping[int, float]], Route], flights: QueueFlights
 ) -> Route:
     """Return the route of a mission, its items held back carried out when the flight is so far.
 
     ``make`` lays the route out by where on their legs they are carried out.  When that is depends on the
     flight, and the flight on it: it is predicted until neither changes.
     """
+    queued = _QueuedMission(mission=mission, make=make, flights=flights)
     firings: dict[int, float] = {}
     before: dict[int, float] = {}
     close: set[int] = set()
-    held: list[HeldItem] = []
+    settled: list[_Settled] = []
     route = make(firings)
     for _ in range(_MOST_PASSES):
         if not route.held or not route.stages:
             return route
-        if sum(_may_turn(one) for one in route.held) > _MOST_ALONE:
+        every = flights.times(route)
+        if sum(_is_open(one, every) for one in route.held) > _MOST_ALONE:
             return _unsettled(mission, route)
-        times = _Times(route, pilot.fly(route)[0])
-        close |= {one.item for one in route.held if times.is_close(one)}
-        found, held, bounded = _carried_out(mission, times, firings, make, pilot)
+        close |= {one.item for one in route.held if _is_close(mission, one, every)}
+        settled = [_settled(queued, one, every, firings) for one in route.held]
+        found = _firings(settled)
         if found.keys() == firings.keys() and all(
             abs(found[visit] - firings[visit]) < _SAME for visit in found
         ):
-            route = replace(route, findings=(*route.findings, *bounded))
-            return _told(mission, route, held, times, close)
+            return _told(mission, route, settled, every, close)
         before, firings = firings, found
         route = make(firings)
     other = make(before)
     if _are_near(route, firings, before):  # it is carried out where legs are divided, or just not
-        times = _Times(route, pilot.fly(route)[0])
-        if (last := _Times(other, pilot.fly(other)[0])).flight_s > times.flight_s:
-            route, times = other, last
-        return _told(mission, route, held, times, close)
+        every, last = flights.times(route), flights.times(other)
+        if last[0].flight_s > every[0].flight_s:
+            route, every = other, last
+        return _told(mission, route, settled, every, close)
     if len(route.held) > _MOST_ALONE:
         return _unsettled(mission, route)
-    firings, held = _one_by_one(route.held, make, pilot)
-    route = make(firings)
-    return _told(mission, route, held, _Times(route, pilot.fly(route)[0]), close)
+    settled = _one_by_one(queued, route.held)
+    route = make(_firings(settled))
+    return _told(mission, route, settled, flights.times(route), close)
 
 
-def _carried_out(
-    mission: Mission,
-    times: _Times,
-    firings: Mapping[int, float],
-    make: Callable[[Mapping[int, float]], Route],
-    pilot: Pilot,
-) -> tuple[dict[int, float], list[HeldItem], list[Finding]]:
-    """Return where items are carried out by a flight that does so at ``firings``, and what they wait for.
-
-    And what is only bounded.
-    """
-    found: dict[int, float] = {}
-    held: list[HeldItem] = []
-    bounded: list[Finding] = []
-    for each in times.held:
-        others = {visit: at for visit, at in firings.items() if visit != each.visit}
-        one = _as_it_takes_longest(each, others, make, pilot)
-        held.append(one)
-        if times.changes_a_curve(one):
-            fraction, finding = _bound(mission, one, others, make, pilot)
-            bounded += [finding] if finding else []
-        else:
-            fraction = times.fraction(one)
-        if fraction is not None:
-            found[one.visit] = fraction
-    return found, held, bounded
+def _firings(settled: Iterable[_Settled]) -> dict[int, float]:
+    return {one.item.visit: one.fraction for one in settled if one.fraction is not None}
 
 
 def _told(
-    mission: Mission, route: Route, held: Sequence[HeldItem], times: _Times, close: Container[int]
+    mission: Mission,
+    route: Route,
+    settled: Sequence[_Settled],
+    every: Sequence[_Times],
+    close: Container[int],
 ) -> Route:
-    """Return a route with what becomes of its items held back, whose conditions are those of ``held``."""
-    conditions = {one.visit: one.conditions for one in held}
-    told = [replace(one, conditions=conditions[one.visit]) for one in route.held]
-    return replace(route, findings=(*route.findings, *_reported(mission, told, times, close)))
+    """Return a route with what becomes of its items held back."""
+    by_visit = {one.item.visit: one for one in settled}
+    told = [
+        replace(each, item=replace(one, conditions=each.item.conditions))
+        for one in route.held
+        for each in (by_visit[one.visit],)
+    ]
+    return replace(route, findings=(*route.findings, *_reported(mission, told, every, close)))
 
 
 def _unsettled(mission: Mission, route: Route) -> Route:
@@ -138,64 +170,146 @@ def _unsettled(mission: Mission, route: Route) -> Route:
     return replace(route, findings=(*route.findings, finding))
 
 
+def _is_open(one: HeldItem, every: Sequence[_Times]) -> bool:
+    """Return whether it is open where an item is carried out that the time of the flight depends on."""
+    if one.command is not Command.DO_CHANGE_SPEED:
+        return False
+    return _may_turn(one) or _may_last(one, every) or every[0].changes_a_curve(one)
+
+
+def _may_last(one: HeldItem, every: Sequence[_Times]) -> bool:
+    """Return whether the leg of an item may last longer than predicted."""
+    lasts_s = [end_s - begin_s for begin_s, end_s in (times.span_s(one) for times in every)]
+    return max(lasts_s) - min(lasts_s) > _SAME * max(lasts_s)
+
+
 def _may_turn(one: HeldItem) -> bool:
     """Return whether an item waits for a turn that may be shorter, or none."""
     return soonest(one.conditions) != one.conditions
 
 
+def _is_close(mission: Mission, one: HeldItem, every: Sequence[_Times]) -> bool:
+    """Return whether it is open whether an item is carried out, or where, that a place depends on.
+
+    Or so near to the end of its leg that the time of the flight does not tell, either.
+    """
+    if any(times.is_close(one) for times in every):
+        return True
+    if one.command is Command.DO_CHANGE_SPEED or not _may_last(one, every):
+        return False
+    found = [times.fraction(one) for times in every]
+    fractions = [each for each in found if each is not None]
+    if len(fractions) < len(found):
+        return bool(fractions)
+    item = mission.items[one.item - 1]
+    is_placed = one.command is Command.DO_SET_HOME and item.param1 != _HERE
+    return not is_placed and max(fractions) - min(fractions) > _LEG_ERROR
+
+
+def _settled(
+    queued: _QueuedMission, one: HeldItem, every: Sequence[_Times], firings: Mapping[int, float]
+) -> _Settled:
+    """Return where an item is carried out by flights ``every`` that carry out at ``firings``."""
+    if not _is_open(one, every):
+        return _Settled(item=one, fraction=every[0].fraction(one))
+    others = {visit: at for visit, at in firings.items() if visit != one.visit}
+    return _as_it_takes_longest(queued, one.visit, others)
+
+
 def _as_it_takes_longest(
+    queued: _QueuedMission, visit: int, others: Mapping[int, float]
+) -> _Settled:
+    """Return where a speed is carried out by which the flight takes longest, others at ``others``.
+
+    The turn before it may be the longest or none, its leg last longer or not; on a curve it changes at one
+    of the ends.  Until then the leg is flown as without it.
+    """
+    make, flights = queued.make, queued.flights
+    route = make(others)
+    every = flights.times(route)
+    one = next(each for each in route.held if each.visit == visit)
+    possible: dict[float | None, HeldItem] = {}
+    is_bent = False
+    for times in every:
+        for waits in (one, replace(one, conditions=soonest(one.conditions))):
+            at = times.fraction(waits)
+            is_within = times.changes_a_curve(one) and at not in {None, 0.0, 1.0}
+            is_bent |= is_within
+            for end in (1.0, 0.0) if is_within else (at,):
+                if not any(_is_same(end, known) for known in possible):
+                    possible[end] = waits
+    if len(possible) == 1:
+        [(at, waits)] = possible.items()
+        return _Settled(item=waits, fraction=at)
+    lasts_s = {
+        at: flights.longest_s(route if at is None else make({**others, visit: at}))
+        for at in possible
+    }
+    longest = max(possible, key=lambda at: lasts_s[at])
+    added_s = lasts_s[longest] - min(lasts_s.values())
+    finding = None
+    if is_bent or (added_s > _SAME_S and _may_be_dropped(one, every)):
+        finding = _bounded(queued.mission, one, every, longest, added_s, is_bent=is_bent)
+    return _Settled(item=possible[longest], fraction=longest, finding=finding)
+
+
+def _is_same(one: float | None, other: float | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return abs(one - other) < _SAME
+
+
+def _may_be_dropped(one: HeldItem, every: Sequence[_Times]) -> bool:
+    """Return whether the leg of an item is over before its conditions are met, or not, by who flies."""
+    return len({times.fires_s(one) is None for times in every}) > 1
+
+
+def _bounded(
+    mission: Mission,
     one: HeldItem,
-    others: Mapping[int, float],
-    make: Callable[[Mapping[int, float]], Route],
-    pilot: Pilot,
-) -> HeldItem:
-    """Return a speed behind a turn with the turn by which the flight takes longest: the longest, or none."""
-    if one.command is not Command.DO_CHANGE_SPEED or not _may_turn(one):
-        return one
-    at_once = replace(one, conditions=soonest(one.conditions))
-    here, times = _flown_without(one.visit, others, make, pilot)
-    last, first = (
-        times.fraction(replace(here, conditions=each.conditions)) for each in (one, at_once)
+    every: Sequence[_Times],
+    at: float | None,
+    added_s: float,
+    *,
+    is_bent: bool,
+) -> Finding:
+    """Return that an item may be carried out elsewhere than at ``at``, by which the flight takes longest."""
+    if is_bent:
+        ends = {None: "without it", 0.0: "from its beginning", 1.0: "from its end"}
+        what = (
+            f"{one.command.name} is carried out in the middle of item {every[0].item_of(one)}, which is no "
+            f"straight leg: predicted {ends[at]}"
+        )
+    else:
+        what = f"{_after(one)}, {_over(one, every)}: predicted as "
+        what += "never carried out" if at is None else "carried out"
+    return ITEM_NOT_MODELLED.finding(
+        f"{what}, which takes {quantity.duration(added_s)} longer",
+        item=one.item,
+        place=mission.items[one.item - 1].place,
     )
-    if first is None or first == last:
-        return one
-    first_s, last_s = (
-        times.flight_s
-        if at is None
-        else float(pilot.fly(make({**others, one.visit: at}))[0].segments.end_s[-1])
-        for at in (first, last)
-    )
-    return at_once if first_s > last_s else one
 
 
-def _flown_without(
-    visit: int,
-    others: Mapping[int, float],
-    make: Callable[[Mapping[int, float]], Route],
-    pilot: Pilot,
-) -> tuple[HeldItem, _Times]:
-    """Return an item where the others are carried out and it is not, and the times of that flight."""
-    without = make(others)
-    here = next(one for one in without.held if one.visit == visit)
-    return here, _Times(without, pilot.fly(without)[0])
+def _after(one: HeldItem) -> str:
+    return f"{one.command.name} is held back by {one.conditions[-1]}"
 
 
-def _one_by_one(
-    held: tuple[HeldItem, ...], make: Callable[[Mapping[int, float]], Route], pilot: Pilot
-) -> tuple[dict[int, float], list[HeldItem]]:
+def _over(one: HeldItem, every: Sequence[_Times]) -> str:
+    """Return when the leg of an item may be over, in words."""
+    spans_s = [end_s - begin_s for begin_s, end_s in (times.span_s(one) for times in every)]
+    soon, late = quantity.duration(min(spans_s)), quantity.duration(max(spans_s))
+    return f"the leg may be over after {soon} or after {late}"
+
+
+def _one_by_one(queued: _QueuedMission, held: tuple[HeldItem, ...]) -> list[_Settled]:
     """Return where items are carried out, each by the flight without it, and what they wait for.
 
     Until an item is carried out the leg is flown so.
     """
-    settled: dict[int, float] = {}
-    chosen: list[HeldItem] = []
+    settled: list[_Settled] = []
     for visit in sorted(one.visit for one in held):
-        here, times = _flown_without(visit, settled, make, pilot)
-        chosen.append(_as_it_takes_longest(here, settled, make, pilot))
-        fraction = times.fraction(chosen[-1])
-        if fraction is not None:
-            settled[visit] = fraction
-    return settled, chosen
+        settled.append(_as_it_takes_longest(queued, visit, _firings(settled)))
+    return settled
 
 
 def _are_near(route: Route, firings: Mapping[int, float], before: Mapping[int, float]) -> bool:
@@ -212,43 +326,15 @@ def _are_near(route: Route, firings: Mapping[int, float], before: Mapping[int, f
     return True
 
 
-def _bound(
-    mission: Mission,
-    one: HeldItem,
-    others: Mapping[int, float],
-    make: Callable[[Mapping[int, float]], Route],
-    pilot: Pilot,
-) -> tuple[float | None, Finding | None]:
-    """Return at which end of its leg a speed is carried out that changes on a curve, and say so.
-
-    Until then the leg is flown as without it.  From whichever end it takes longer, it is predicted.
-    """
-    here, times = _flown_without(one.visit, others, make, pilot)
-    fraction = times.fraction(replace(here, conditions=one.conditions))
-    if fraction in {None, 0.0, 1.0}:
-        return fraction, None
-    first_s, last_s = (
-        float(pilot.fly(make({**others, one.visit: end}))[0].segments.end_s[-1])
-        for end in (0.0, 1.0)
-    )
-    end = "beginning" if first_s > last_s else "end"
-    finding = ITEM_NOT_MODELLED.finding(
-        f"{one.command.name} is carried out in the middle of item {times.item_of(here)}, "
-        f"which is no straight leg: predicted from its {end}, which takes "
-        f"{quantity.duration(abs(first_s - last_s))} longer",
-        item=one.item,
-        place=mission.items[one.item - 1].place,
-    )
-    return float(first_s <= last_s), finding
-
-
 class _Times:
     """When the legs of a route begin and end, and where the vehicle is."""
 
-    def __init__(self, route: Route, motion: Motion) -> None:
-        self.held = route.held
+    def __init__(self, route: Route, motion: Motion, late_s: FloatArray | None = None) -> None:
         self._motion = motion
-        end_s = np.concatenate(([0.0], motion.segments.end_s))
+        self._own_end_s = end_s = np.concatenate(([0.0], motion.segments.end_s))
+        if late_s is not None:
+            end_s = end_s + np.concatenate(([0.0], np.cumsum(late_s)))
+        self._end_s = end_s
         self.flight_s = float(end_s[-1])
         self._items = [stage.item for stage in route.stages]
         self._kinds = [stage.kind for stage in route.stages]
@@ -329,36 +415,43 @@ class _Times:
         return 1.0 - ahead_m / length_m
 
     def _place_m(self, time_s: FloatArray) -> FloatArray:
+        if self._end_s is not self._own_end_s:  # later segments are flown more slowly throughout
+            time_s = np.interp(time_s, self._end_s, self._own_end_s)
         return self._motion.state_at_time(time_s).place_m
 
 
 def _reported(
-    mission: Mission, held: Sequence[HeldItem], times: _Times, close: Container[int]
+    mission: Mission, settled: Sequence[_Settled], every: Sequence[_Times], close: Container[int]
 ) -> Iterator[Finding]:
     """Yield of each item that is held back what becomes of it the first time."""
     seen: set[int] = set()
-    for one in held:
+    times = every[0]
+    for one, found in ((each.item, each.finding) for each in settled):
         if one.item in seen:
             continue
         seen.add(one.item)
+        if found is not None and one.item not in close:
+            yield found
+            continue
         at_s, (begin_s, end_s) = times.fires_s(one), times.span_s(one)
-        after = f"{one.command.name} is held back by {one.conditions[-1]}"
         rule = HELD_BACK
         severity: Severity | None = None
         if one.item in close:
             over = f"the leg is over within {quantity.percent(_LEG_ERROR)} of that"
             if one.conditions[-1].within_m is not None:
                 over = f"the leg is over within {quantity.distance(_PLACE_ERROR_M)} of that"
+            elif not any(each.is_close(one) for each in every):
+                over = _over(one, every)
             elif at_s is None and _may_turn(one):
                 over = "the leg may be over before the turn is, or not"
             rule, severity = ITEM_NOT_MODELLED, Severity.ERROR
-            message = f"{after}, and {over}: whether it is carried out cannot be predicted"
+            message = f"{_after(one)}, and {over}: whether it is carried out cannot be predicted"
         elif at_s is None:
             severity = Severity.WARNING
-            message = f"{after}: never carried out, the leg is over after "
+            message = f"{_after(one)}: never carried out, the leg is over after "
             message += quantity.duration(end_s - begin_s)
         else:
-            message = f"{after}: carried out {quantity.duration(at_s - begin_s)} into the leg"
+            message = f"{_after(one)}: carried out {quantity.duration(at_s - begin_s)} into the leg"
         yield rule.finding(
             message, severity=severity, item=one.item, place=mission.items[one.item - 1].place
         )

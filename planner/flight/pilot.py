@@ -329,11 +329,24 @@ def make_own_pilot(
     return ArduPilotPilot(parameters=own, wind=calm, airspeed_limit_m_s=None, terrain=terrain)
 
 
-def make_queue_pilot(setup: Setup, own_parameters: FlightParameters | None) -> Pilot:
-    """Return by whose times the queue of a mission goes on: the vehicle's own autopilot where it is known."""
-    if setup.flown_by is Autopilot.STEP and own_parameters is not None:
-        return make_own_pilot(setup.vehicle, own_parameters, terrain=setup.terrain)
-    return make_pilot(setup, own_parameters)
+def make_queue_pilots(
+    setup: Setup, own_parameters: FlightParameters | None, target: Target | None
+) -> tuple[Pilot, ...]:
+    """Return by whose times the queue of a mission may go on, the first as predicted.
+
+    Of a vehicle of reference steps by those of its own autopilot, where it is known; else by the model's or
+    by those of ArduPilot as it is delivered, which alone has a queue.
+    """
+    if setup.flown_by is not Autopilot.STEP:
+        return (make_pilot(setup, own_parameters),)
+    vehicle, terrain = setup.vehicle, setup.terrain
+    if own_parameters is not None:
+        return (make_own_pilot(vehicle, own_parameters, terrain=terrain),)
+    from planner.vehicle.parameters.resolve import resolve_parameters
+
+    version = None if target is None else target.version
+    delivered = resolve_parameters(Autopilot.ARDUPILOT, version=version).values
+    return make_pilot(setup, None), make_own_pilot(vehicle, delivered, terrain=terrain)
 
 
 def step_speeds_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> StepSpeeds:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState
+    from planner.flight.motion.kinematics import KinematicState, Motion
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import FlownReturns, ReturnPoints, Returns
     from planner.physics.wind import Wind
@@ -126,6 +126,12 @@ def situations(returns: Returns) -> Situations:
     sample = returns.sample
     holds = [] if sample is None else [_holds(sample.points, _items_of_points(returns, sample))]
     return Situations.joined([mission, *holds, *back])
+
+
+def situations_flown(motion: Motion) -> Situations:
+    """Return the situations of a flight alone, at the nodes of its pieces."""
+    item = motion.segments.item[motion.piece_segment]
+    return _of_state(motion.nodes.state, item, SituationKind.MISSION)
 
 
 class _Part(Value, kw_only=False, eq=False):

@@ -36,7 +36,7 @@ from planner.flight.motion.kinematics import (
     FlightState,
     KinematicState,
 )
-from planner.flight.reach import SituationKind
+from planner.flight.reach import SituationKind, situations_flown
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.wind import Wind
 from planner.units import wh_from_j
@@ -44,9 +44,11 @@ from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.reach import Situations
+    from planner.vehicle.model import VehicleModel
 
 _MEASURED_SPEED = np.array([0.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0]) / 15.0
 _MEASURED_W = np.array([353.0, 331.0, 307.0, 298.0, 322.0, 370.0, 482.0])
@@ -101,8 +103,7 @@ class Uncounted(Value, eq=False):
             np.maximum.at(worst, motion.piece_segment, of_mission.max(axis=1))
             late_j = flight.hover_near_home_w * later_s * worst
             segments_j = np.bincount(motion.piece_segment, pieces_j, count) + late_j
-            lost_s = mission_longer @ QUADRATURE_WEIGHTS * motion.piece_duration_s
-            late_s += np.bincount(motion.piece_segment, lost_s, count)
+            late_s = _lost_s(motion, mission_longer)
         else:
             segments_j = np.full(count, np.inf)
         return cls(
@@ -141,29 +142,88 @@ def situation_ratios(
     return more, longer
 
 
+def late_segments_s(
+    motion: Motion, vehicle: VehicleModel, wind: Wind, shown_m_s: float | None
+) -> FloatArray:
+    """Return how much longer the segments of a motion may last for want of airspeed, at most. (s,) [s]
+
+    As `Uncounted.late_s`; none where it may not come forward at all, which E105 and E108 report.
+    """
+    longer = _late_ratios(vehicle, wind, situations_flown(motion), shown_m_s) - 1.0
+    if not np.isfinite(longer).all():
+        return np.zeros(len(motion.segments.item))
+    return _lost_s(motion, longer.reshape(motion.nodes.state.height_m.shape))
+
+
+def _lost_s(motion: Motion, longer: FloatArray) -> FloatArray:
+    """Return how much longer segments last, by the fractions at the nodes of their pieces. (s,) [s]"""
+    pieces_s = longer @ QUADRATURE_WEIGHTS * motion.piece_duration_s
+    sums_s = np.bincount(motion.piece_segment, pieces_s, len(motion.segments.item))
+    return np.asarray(sums_s, np.float64)
+
+
+def _late_ratios(
+    vehicle: VehicleModel, wind: Wind, reach: Situations, shown_m_s: float | None
+) -> FloatArray:
+    """Return the time that situations may take over that predicted, for want of airspeed. (n,) [-]"""
+    longer, limit = np.ones(len(reach.item)), vehicle.valid_for.speed_m_s
+    if limit is None or limit.high <= 0.0:
+        return longer
+    held_m_s = _held_m_s(vehicle, limit.high, shown_m_s)
+    if _is_within(vehicle, wind, reach, limit.high, held_m_s):
+        return longer
+    air_m_s, ground_m_s = reach.airspeed_m_s(wind), reach.ground_speed_m_s
+    late = np.flatnonzero((air_m_s > held_m_s * (1.0 + _ROUNDING)) & (ground_m_s > 0.0))
+    if len(late):
+        slower_m_s = headway_m_s(
+            np.stack((reach.east_m_s, reach.north_m_s), axis=1)[late],
+            reach.height_m[late, None],
+            wind=wind,
+            airspeed_limit_m_s=held_m_s,
+        )
+        times = np.full(len(late), np.inf)
+        comes = slower_m_s > SLOWEST_M_S
+        times[comes] = ground_m_s[late][comes] / slower_m_s[comes]
+        longer[late] = np.maximum(times, 1.0)
+    return longer
+
+
+def _held_m_s(vehicle: VehicleModel, identified_m_s: float, shown_m_s: float | None) -> float:
+    """Return the highest airspeed that a vehicle is known to hold. [m s⁻¹]"""
+    return vehicle.airspeed_limit_m_s or (identified_m_s if shown_m_s is None else shown_m_s)
+
+
+def _is_within(
+    vehicle: VehicleModel, wind: Wind, reach: Situations, identified_m_s: float, held_m_s: float
+) -> bool:
+    """Return whether there is no wind, and no speed beyond those identified and held.
+
+    Reference steps overshoot within the flights that their responses were identified on.
+    """
+    is_step = vehicle.reference is Autopilot.STEP
+    is_identified = is_step or bool(reach.ground_speed_m_s.max() <= identified_m_s)
+    return not wind.speed_m_s > 0.0 and is_identified and held_m_s >= identified_m_s
+
+
 def _airspeed_ratios(
     power: SteadyPower, reach: Situations, shown_m_s: float | None
 ) -> tuple[FloatArray, FloatArray]:
     vehicle, limit = power.vehicle, power.vehicle.valid_for.speed_m_s
-    more, longer = np.ones((2, len(reach.item)))
+    more = np.ones(len(reach.item))
     if limit is None or limit.high <= 0.0:
-        return more, longer
-    shown_m_s = limit.high if shown_m_s is None else shown_m_s
-    held_m_s = vehicle.airspeed_limit_m_s or shown_m_s
+        return more, more
+    held_m_s = _held_m_s(vehicle, limit.high, shown_m_s)
+    if _is_within(vehicle, power.wind, reach, limit.high, held_m_s):
+        return more, more
     air_m_s, ground_m_s = reach.airspeed_m_s(power.wind), reach.ground_speed_m_s
-    # Reference steps overshoot within the flights that their responses were identified on.
-    is_step = vehicle.reference is Autopilot.STEP
-    is_within = is_step or ground_m_s.max() <= limit.high
-    if not power.wind.speed_m_s > 0.0 and is_within and held_m_s >= limit.high:
-        return more, longer
+    longer = _late_ratios(vehicle, power.wind, reach, shown_m_s)
     flown_m_s = air_m_s if vehicle.airspeed_limit_m_s is None else np.minimum(air_m_s, held_m_s)
     is_seen = vehicle.knows_airspeed & (flown_m_s <= limit.high)
-    is_late = (air_m_s > held_m_s * (1.0 + _ROUNDING)) & (ground_m_s > 0.0)
-    rows = np.flatnonzero(~is_seen | is_late)
+    rows = np.flatnonzero(~is_seen | (longer > 1.0))
     if not len(rows):
         return more, longer
     # Of the others nothing is to be added.
-    reach, is_seen, is_late = reach.select(rows), is_seen[rows], is_late[rows]
+    reach, is_seen, times = reach.select(rows), is_seen[rows], longer[rows]
     air_m_s, ground_m_s, flown_m_s = air_m_s[rows], ground_m_s[rows], flown_m_s[rows]
     predicted_w = (
         _steady_w(power, reach, air_m_s)
@@ -179,19 +239,10 @@ def _airspeed_ratios(
         return np.asarray(_measured_w(airspeed_m_s / limit.high) / predicted_w)
 
     own = np.where(is_seen, 1.0, np.maximum(at(flown_m_s), 1.0))
-    late = np.flatnonzero(is_late)
+    late = np.flatnonzero(times > 1.0)
     if len(late):
-        slower_m_s = headway_m_s(
-            np.stack((reach.east_m_s, reach.north_m_s), axis=1)[late],
-            reach.height_m[late, None],
-            wind=power.wind,
-            airspeed_limit_m_s=held_m_s,
-        )
-        times = np.full(len(late), np.inf)
-        comes = slower_m_s > SLOWEST_M_S
-        times[comes] = ground_m_s[late][comes] / slower_m_s[comes]
-        own[late] = np.maximum(own[late], at(np.minimum(air_m_s, held_m_s))[late] * times)
-        longer[rows[late]] = np.maximum(times, 1.0)
+        held_w = at(np.minimum(air_m_s, held_m_s))
+        own[late] = np.maximum(own[late], held_w[late] * times[late])
     more[rows] = own
     return more, longer
 

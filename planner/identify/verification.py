@@ -10,7 +10,7 @@ import numpy as np
 from planner.autopilot import Autopilot, Target
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.flight.held_items import route_with_queue
+from planner.flight.held_items import QueueFlights, route_with_queue
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.pilot import flight_parameters, habits_of, make_pilot
 from planner.flight.prediction import predict_flight
@@ -546,7 +546,7 @@ def verify_flight(
             firings=firings,
             habits=habits_of(flown_with, target),
         ),
-        pilot,
+        QueueFlights(pilots=(pilot,)),
     )
     if not route.stages:
         msg = f"{mission.source}: the mission holds no flight to compare with"

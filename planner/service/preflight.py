@@ -30,8 +30,9 @@ from planner.flight.pilot import (
     flight_parameters,
     habits_of,
     make_pilot,
-    make_queue_pilot,
+    make_queue_pilots,
     own_parameters_of,
+    shown_airspeed_m_s,
 )
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.reach import GUST_SDS
@@ -509,14 +510,20 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
 
     route = laid_out({})
     if route.held:
-        from planner.flight.held_items import route_with_queue
+        from planner.flight.held_items import QueueFlights, route_with_queue
+        from planner.flight.uncounted import late_segments_s
 
         def laid_home(firings: Mapping[int, float]) -> Route:
             own = laid_out(firings)
             places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
             return with_own_returns(own, places)
 
-        route = route_with_queue(mission, laid_home, make_queue_pilot(setup, own_parameters))
+        shown_m_s = shown_airspeed_m_s(vehicle, own_parameters)
+        flights = QueueFlights(
+            pilots=make_queue_pilots(setup, own_parameters, target),
+            late_s=lambda motion: late_segments_s(motion, vehicle, setup.wind, shown_m_s),
+        )
+        route = route_with_queue(mission, laid_home, flights)
     is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup)
     found += [
         replace(one, severity=Severity.WARNING)

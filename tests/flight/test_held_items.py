@@ -14,6 +14,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.route.queue import condition_of
 from planner.mission.route.route import make_route
+from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 ARDUPILOT, STEP, PX4 = Autopilot.ARDUPILOT, Autopilot.STEP, Autopilot.PX4
 FLOWN = [ARDUPILOT, STEP]
+CALM = Wind()
 
 
 def delay(seconds: float) -> MissionItem:
@@ -43,9 +45,9 @@ def photo() -> MissionItem:
     return item(203, frame=2, params=(0.0, 0.0, 0.0, 0.0))
 
 
-def flown(*items: MissionItem, autopilot: Autopilot = ARDUPILOT) -> CheckResult:
+def flown(*items: MissionItem, autopilot: Autopilot = ARDUPILOT, wind: Wind = CALM) -> CheckResult:
     vehicle = load_vehicle(VEHICLES[autopilot])
-    return check(mission(*items), vehicle, battery=Battery(capacity_wh=5000.0))
+    return check(mission(*items), vehicle, battery=Battery(capacity_wh=5000.0), wind=wind)
 
 
 def arrival_s(result: CheckResult, number: int) -> float:
@@ -60,11 +62,12 @@ def held_back(result: CheckResult) -> list[Severity]:
 
 @pytest.mark.parametrize("autopilot", FLOWN)
 def test_a_speed_held_back_by_a_delay_counts_from_then(autopilot: Autopilot) -> None:
-    # 1000 m: 100 s at 2 m/s, the rest of 800 m at 8 m/s in 100 s; some seconds to speed up and brake.
+    # 1000 m: 100 s at 2 m/s, the rest of 800 m at 8 m/s in 100 s; some seconds to speed up and brake, and
+    # up to 2 s as the article's model is later at 2 m/s than the autopilot that nobody knows.
     legs = (takeoff(30), speed(2.0), delay(100.0), speed(8.0), waypoint(1000, 30), rtl())
     result = flown(*legs, autopilot=autopilot)
     leg_s = arrival_s(result, 5) - arrival_s(result, 1)
-    assert leg_s == pytest.approx(200.0, abs=12.0)
+    assert leg_s == pytest.approx(200.0, abs=14.0)
     assert held_back(result) == [Severity.INFO]
 
 
@@ -478,3 +481,59 @@ def test_items_held_back_are_carried_out_while_the_vehicle_holds(
     result = flown(*legs, waypoint(1000, 30), rtl(), autopilot=autopilot)
     arrived = arrival_s(result, 6) - arrival_s(result, 5) - 60.0
     assert arrived == pytest.approx(leg_s, abs=15.0)
+
+
+def not_known(result: CheckResult, number: int) -> list[Severity]:
+    """Return how severe it is that nobody knows whether an item is carried out."""
+    return [one.severity for one in result.findings if (one.code, one.item) == ("T102", number)]
+
+
+# 300 m north against 8 m/s: 10 m/s over ground are 18 m/s of airspeed; the model was identified up to
+# 15.1 m/s, at which 7.1 m/s over ground are left: the leg lasts 300/7.1 − 300/10 = 12 s longer than the 36 s
+# predicted, at most.
+NORTHER = Wind(speed_m_s=8.0, from_deg=0.0)
+
+
+@pytest.mark.parametrize(
+    ("wind", "wait_s", "leg_s", "told"),
+    [
+        (CALM, 41.0, 90.0, []),
+        (NORTHER, 41.0, 900.0, [Severity.WARNING]),  # 900 m at 1 m/s
+        (NORTHER, 56.0, 90.0, []),
+    ],
+)
+def test_a_slower_speed_counts_where_its_leg_may_last_longer_for_want_of_airspeed(
+    wind: Wind, wait_s: float, leg_s: float, told: list[Severity]
+) -> None:
+    legs = (takeoff(30), speed(10.0), waypoint(10, 30), delay(wait_s), speed(1.0))
+    result = flown(*legs, waypoint(310, 30), waypoint(1210, 30), rtl(), wind=wind)
+    assert not_known(result, 5) == told
+    assert arrival_s(result, 7) - arrival_s(result, 6) == pytest.approx(leg_s, abs=15.0)
+
+
+def test_a_slower_speed_counts_from_where_the_vehicle_may_be_by_then() -> None:
+    # After 20 s it is 142 m along at most; slowing down takes 33 m in 6 s (9 / 2.5 + 2.5 / 1), the rest is at
+    # 1 m/s.
+    legs = (takeoff(30), speed(10.0), waypoint(10, 30), delay(20.0), speed(1.0), waypoint(310, 30))
+    result = flown(*legs, rtl(), wind=NORTHER)
+    assert arrival_s(result, 6) - arrival_s(result, 3) > 20.0 + 6.0 + (300.0 - 142.0 - 33.0)
+
+
+def test_a_home_is_not_predicted_where_its_leg_may_last_longer() -> None:
+    home = item(179, north(50), 0.0)
+    for wait_s, told in ((41.0, [Severity.ERROR]), (56.0, [])):
+        legs = (takeoff(30), speed(10.0), waypoint(10, 30), delay(wait_s), home)
+        result = flown(*legs, waypoint(310, 30), rtl(), wind=NORTHER)
+        assert not_known(result, 5) == told
+
+
+@pytest.mark.parametrize(("wait_s", "leg_s"), [(60.0, 1020.0), (90.0, 102.0)])
+def test_a_wait_on_a_circle_of_reference_steps_may_end_as_the_own_autopilot_flies_it(
+    wait_s: float, leg_s: float
+) -> None:
+    # Three turns of 20 m: 377 m, at 10 m/s in 38 s; ArduPilot turns at half of WPNAV_ACCEL, which are
+    # √(1.25 · 20) = 5 m/s and 75 s; speeding up and down by 1.25 m/s² takes 4 s more each.
+    turns = item(18, north(200), 30.0, params=(3.0, 0.0, 20.0, None))
+    legs = (takeoff(30), waypoint(180, 30), delay(wait_s), speed(1.0), turns)
+    result = flown(*legs, waypoint(1200, 30), rtl(), autopilot=STEP)
+    assert arrival_s(result, 6) - arrival_s(result, 5) == pytest.approx(leg_s, rel=0.1)
