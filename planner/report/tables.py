@@ -142,9 +142,9 @@ def item_rows(assessment: Assessment) -> list[Row]:
         np.array([stage.north_m for stage in stages.values()]),
     )
     return [
-        _place("item", _item_label(assessment, stage), frame, latitude, longitude)
+        _place("item", _item_label(assessment, stage), _metres(stage.east_m, stage.north_m), *point)
         | {"short": str(item), "detail": _item_detail(assessment, stage)}
-        for (item, stage), latitude, longitude in zip(
+        for (item, stage), *point in zip(
             stages.items(), latitude_deg.tolist(), longitude_deg.tolist(), strict=True
         )
     ]
@@ -188,9 +188,10 @@ def place_rows(assessment: Assessment) -> list[Row]:
     home_m = known_home_amsl_m(assessment)
     at = "altitude not known" if home_m is None else f"{quantity.height(home_m)} AMSL"
     label = f"Home · {at}"
-    home = _place("home", label, frame, frame.latitude_deg, frame.longitude_deg)
+    home = _place("home", label, _metres(0.0, 0.0), frame.latitude_deg, frame.longitude_deg)
     rally = [
-        _place("rally point", f"Rally point {number}", frame, *place) | {"short": f"R{number}"}
+        _place("rally point", f"Rally point {number}", _metres(*frame.east_north_m(*place)), *place)
+        | {"short": f"R{number}"}
         for number, place in enumerate(
             ((one.latitude_deg, one.longitude_deg) for one in assessment.mission.rally), start=1
         )
@@ -215,7 +216,12 @@ def point_rows(result: CheckResult) -> list[Row]:
         (EMPTY, way.last_return_empty, f"beyond it, flying {goal} empties the battery"),
     )
     return [
-        _place(kind, label, assessment.route.frame, *point.place_deg)
+        _place(
+            kind,
+            label,
+            _metres(*assessment.route.frame.east_north_m(*point.place_deg)),
+            *point.place_deg,
+        )
         | {"short": short, "time_min": round(point.time_s / 60.0, 4)}
         for (kind, short), point, words in points
         if point is not None
@@ -320,7 +326,7 @@ def stretch_rows(result: CheckResult) -> list[Row]:
             "code": finding.code,
             "part": part,
             "order": order,
-            **_metres(frame, *point_deg),
+            **_metres(*frame.east_north_m(*point_deg)),
         }
         for number, finding in enumerate(result.findings)
         if finding.severity > Severity.INFO and finding.stretch is not None
@@ -329,18 +335,15 @@ def stretch_rows(result: CheckResult) -> list[Row]:
     ]
 
 
-def _metres(frame: LocalFrame, latitude_deg: float, longitude_deg: float) -> Row:
-    east_m, north_m = frame.east_north_m(latitude_deg, longitude_deg)
+def _metres(east_m: float | FloatArray, north_m: float | FloatArray) -> Row:
     return {"east_m": round(float(east_m), 1), "north_m": round(float(north_m), 1)}
 
 
-def _place(
-    kind: str, label: str, frame: LocalFrame, latitude_deg: float, longitude_deg: float
-) -> Row:
+def _place(kind: str, label: str, metres: Row, latitude_deg: float, longitude_deg: float) -> Row:
     return {
         "kind": kind,
         "label": label,
-        **_metres(frame, latitude_deg, longitude_deg),
+        **metres,
         "latitude_deg": round(latitude_deg, 7),
         "longitude_deg": round(longitude_deg, 7),
     }

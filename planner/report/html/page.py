@@ -159,6 +159,7 @@ def plotting_bundle() -> str:
     return script
 
 
+@cache
 def template(name: str) -> Any:  # noqa: ANN401 - jinja2 is loaded late
     """Return a template of the page; all it is given is escaped."""
     import jinja2

@@ -239,7 +239,7 @@ def timeline_panel(tables: FleetTables) -> Chart:
     marks = alt.Chart(alt.NamedData("marks")).encode(y=y, x=time_axis(tables))
     layers = [
         spans.mark_bar(height={"band": 0.75}).encode(
-            x2="end_min:Q",
+            x2=alt.X2("end_min:Q"),
             color=alt.Color("use:N")
             .title(None)
             .scale(domain=used, range=[colours[words] for words in used]),
@@ -253,10 +253,10 @@ def timeline_panel(tables: FleetTables) -> Chart:
         ),
         spans.mark_text(
             align="left", baseline="middle", dx=4, color=ON_COLOURS, fillOpacity=has_room
-        ).encode(text="name:N"),
+        ).encode(text=alt.Text("name:N")),
         marks.mark_point(
             shape="cross", angle=45, filled=True, size=130, opacity=1.0, color=RED
-        ).encode(tooltip="code:N"),
+        ).encode(tooltip=alt.Tooltip("code:N")),
     ]
     return alt.layer(*layers).properties(
         width=WIDTH,
@@ -282,9 +282,13 @@ def fleet_map_panel(tables: FleetTables) -> Chart:
     layers += [
         layer("tracks")
         .mark_line(strokeWidth=1.6, clip=True, strokeJoin="round")
-        .encode(detail="sortie:N", order="time_s:Q", color=vehicle_colour(tables)),
+        .encode(
+            detail=alt.Detail("sortie:N"), order=alt.Order("time_s:Q"), color=vehicle_colour(tables)
+        ),
         layer("pads").mark_point(filled=True, size=60, shape="square", opacity=1.0, color=GREEN),
-        layer("pads").mark_text(align="right", dx=-8, dy=8, clip=True).encode(text="name:N"),
+        layer("pads")
+        .mark_text(align="right", dx=-8, dy=8, clip=True)
+        .encode(text=alt.Text("name:N")),
     ]
     if conflicts := rows["conflicts"]:
         crosses = layer("conflicts")
@@ -296,7 +300,7 @@ def fleet_map_panel(tables: FleetTables) -> Chart:
         if len(conflicts) <= _MOST_CODES:
             layers.append(
                 crosses.mark_text(align="left", dx=10, fontWeight="bold", clip=True).encode(
-                    text="code:N"
+                    text=alt.Text("code:N")
                 )
             )
     layers += compass_layers(*tables.winds) if len(tables.winds) == 1 else []
@@ -319,7 +323,7 @@ def _area_layers(layer: Callable[[str], Chart]) -> list[Chart]:
         ),
         layer("area")
         .mark_line(strokeWidth=1.5, strokeDash=[6, 4], color=GREY, clip=True)
-        .encode(order="order:Q"),
+        .encode(order=alt.Order("order:Q")),
     ]
 
 
@@ -361,7 +365,7 @@ def separation_panel(tables: FleetTables) -> Chart:
     colour = alt.Color("pair:N", legend=legend).title("Pair")
     colour = colour.scale(domain=names, range=list(COLOURS[: len(names)]))
     lines = alt.Chart(alt.NamedData("pairs")).encode(
-        x=time_axis(tables), color=colour, detail="part:N"
+        x=time_axis(tables), color=colour, detail=alt.Detail("part:N")
     )
     y = alt.Y("may_m:Q").title("Apart [m]").scale(domain=[0.0, top_m], nice=False)
     points = [
@@ -389,7 +393,7 @@ def separation_panel(tables: FleetTables) -> Chart:
         nearest.mark_point(shape="diamond", filled=True, size=70, opacity=1.0),
         limit.mark_rule(strokeWidth=1.5, color=RED),
         limit.mark_text(align="left", baseline="bottom", dx=4, dy=-2).encode(
-            x=alt.value(0), text="label:N"
+            x=alt.XValue(0), text=alt.Text("label:N")
         ),
     ]
     return alt.layer(*layers).properties(
@@ -450,7 +454,7 @@ def _numbers_panel(rows: Sequence[Row], column: str, title: str, latest: float |
         bars.mark_bar(width={"band": 0.6}).encode(color=colour),
         bars.mark_text(baseline="bottom", dy=-3).encode(text=alt.Text(f"{column}:Q", format=".1f")),
         bars.mark_text(angle=270, align="left", baseline="middle", dx=6, color=ON_COLOURS).encode(
-            y=alt.value(HEIGHT), text="what:N"
+            y=alt.YValue(HEIGHT), text=alt.Text("what:N")
         ),
     ]
     if column == "energy_wh" and any(row["least_wh"] for row in rows):
@@ -463,7 +467,7 @@ def _numbers_panel(rows: Sequence[Row], column: str, title: str, latest: float |
         layers += [
             limit.mark_rule(strokeWidth=1.5, color=RED),
             limit.mark_text(align="left", baseline="bottom", dx=4, dy=-2).encode(
-                x=alt.value(0), text=alt.value("all have to have landed")
+                x=alt.XValue(0), text=alt.TextValue("all have to have landed")
             ),
         ]
     return alt.layer(*layers).properties(

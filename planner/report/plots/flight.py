@@ -93,9 +93,9 @@ def altitude_panel(tables: FlightTables) -> Chart:
     layers = [
         home.mark_rule(strokeDash=[2, 3]).encode(y=alt.Y("home_amsl_m:Q").axis(above)),
         home.mark_text(dy=-6).encode(
-            x=alt.value(alt.ExprRef("width / 2")),
+            x=alt.XValue(alt.ExprRef("width / 2")),
             y=alt.Y("home_amsl_m:Q").axis(None),
-            text=alt.value(f"home, {quantity.height(home_m)}"),
+            text=alt.TextValue(f"home, {quantity.height(home_m)}"),
         ),
         flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
     ]
@@ -130,7 +130,7 @@ def power_panel(tables: FlightTables) -> Chart:
     layers = [
         bands.mark_rect(opacity=0.35).encode(
             x=_time_axis(tables, "start_min"),
-            x2="end_min:Q",
+            x2=alt.X2("end_min:Q"),
             color=alt.Color("state:N")
             .title("State")
             .scale(domain=list(map(str, present)), range=[STATE_COLOURS[s] for s in present]),
@@ -158,7 +158,7 @@ def power_panel(tables: FlightTables) -> Chart:
     layers.append(
         alt.Chart(inline_rows(named))
         .mark_text(baseline="top", dy=4, fillOpacity=has_room)
-        .encode(x="middle_min:Q", y=alt.value(0), text="state:N")
+        .encode(x=alt.X("middle_min:Q"), y=alt.YValue(0), text=alt.Text("state:N"))
     )
     return _panel(alt.layer(*layers), "Electrical power over time, on bands of the flight's states")
 
@@ -202,7 +202,7 @@ def energy_panel(tables: FlightTables) -> Chart:
             .encode(
                 x=x,
                 y=alt.Y("p10_wh:Q"),
-                y2="p90_wh:Q",
+                y2=alt.Y2("p90_wh:Q"),
                 fill=spread.title("Used so far").scale(domain=[_SPREAD], range=[ORANGE]),
             )
         )
@@ -212,10 +212,10 @@ def energy_panel(tables: FlightTables) -> Chart:
             curve(alt.NamedData("returns"), "needed_wh", _NEEDED),
         ]
     if (tightest := tightest_row(tables)) is not None:
-        point = alt.Chart(inline_rows([tightest])).encode(x=x, y="needed_wh:Q")
+        point = alt.Chart(inline_rows([tightest])).encode(x=x, y=alt.Y("needed_wh:Q"))
         layers += [
             point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
-            point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
+            point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.TextValue("tightest")),
         ]
     turns = [row for row in tables.points if row["kind"] == NO_RETURN[0]]
     flown_min = tables.assessment.flight.time_s / 60.0
@@ -229,7 +229,7 @@ def energy_panel(tables: FlightTables) -> Chart:
                 baseline="top",
                 dx=4 if is_early else -4,
                 dy=4,
-            ).encode(y=alt.value(0), text=alt.value(NO_RETURN[0])),
+            ).encode(y=alt.YValue(0), text=alt.TextValue(NO_RETURN[0])),
         ]
     if battery is not None:
         side = ("right", alt.ExprRef("width"), -4) if is_early else ("left", 0, 4)
@@ -238,11 +238,11 @@ def energy_panel(tables: FlightTables) -> Chart:
             ([2, 3], "top", 3),
         )  # the battery's above, the reserve's below
         for row, (dashes, baseline, dy) in zip(limit_rows(battery), drawn, strict=True):
-            limit = alt.Chart(inline_rows([row])).encode(y="energy_wh:Q")
+            limit = alt.Chart(inline_rows([row])).encode(y=alt.Y("energy_wh:Q"))
             layers += [
                 limit.mark_rule(strokeWidth=1.2, strokeDash=dashes),
                 limit.mark_text(align=side[0], baseline=baseline, dx=side[2], dy=dy).encode(
-                    x=alt.value(side[1]), text="label:N"
+                    x=alt.XValue(side[1]), text=alt.Text("label:N")
                 ),
             ]
     return _panel(

@@ -107,16 +107,16 @@ def _response(response: ResponseEvidence) -> list[Chart]:
         .encode(
             x=x_axis,
             y=alt.Y("answer:Q").title(_LABELS[response.name]),
-            detail="manoeuvre:N",
+            detail=alt.Detail("manoeuvre:N"),
             **styled("what:N", "Curve", _CURVES),
         )
     ]
     if response.window_s is not None:
-        rule = alt.Chart(inline_rows([{"time_s": response.window_s}])).encode(x="time_s:Q")
+        rule = alt.Chart(inline_rows([{"time_s": response.window_s}])).encode(x=alt.X("time_s:Q"))
         layers += [
             rule.mark_rule(strokeDash=[2, 3]),
             rule.mark_text(align="right", dx=-4, baseline="top").encode(
-                y=alt.value(4), text=alt.value("end of the window")
+                y=alt.YValue(4), text=alt.TextValue("end of the window")
             ),
         ]
     band = _95_PERCENT * float(np.sqrt(np.mean(np.square(np.concatenate(left)))))
@@ -125,10 +125,10 @@ def _response(response: ResponseEvidence) -> list[Chart]:
     residuals = [
         alt.Chart(inline_rows([{"low": -band, "high": band}]))
         .mark_rect(color=BLUE, opacity=_BAND)
-        .encode(y=alt.Y("low:Q").title(f"Flown − model {unit}"), y2="high:Q"),
+        .encode(y=alt.Y("low:Q").title(f"Flown − model {unit}"), y2=alt.Y2("high:Q")),
         alt.Chart(inline_rows([row for row in rows if row["what"] == _LEFT]))
         .mark_line(strokeWidth=1.0, color=GREY)
-        .encode(x=x_axis, y=y_axis, detail="manoeuvre:N"),
+        .encode(x=x_axis, y=y_axis, detail=alt.Detail("manoeuvre:N")),
     ]
     return [alt.layer(*layers), alt.layer(*residuals)]
 
@@ -271,7 +271,7 @@ def _points_and_law(
         if law.deviation is not None:
             layers.append(
                 of_law.mark_area(color=BLUE, opacity=_BAND).encode(
-                    x=x_axis, y=_low(y_axis), y2="high:Q"
+                    x=x_axis, y=_low(y_axis), y2=alt.Y2("high:Q")
                 )
             )
         layers.append(
@@ -313,7 +313,7 @@ def _points(
     measured = alt.Chart(inline_rows(rows))
     return [
         measured.mark_rule(color=GREY, strokeWidth=1.5).encode(
-            x=x_axis, y=_low(y_axis), y2="high:Q"
+            x=x_axis, y=_low(y_axis), y2=alt.Y2("high:Q")
         ),
         measured.mark_point(filled=True, size=45, color=GREY, opacity=1.0).encode(
             x=x_axis, y=y_axis, shape=alt.Shape("what:N").title("Data")
@@ -376,9 +376,10 @@ def calibration_figure(
             y=alt.Y("flight:N").title(None).sort(None)
         )
         intervals = of.mark_rule(strokeWidth=3, opacity=0.5).encode(
-            x=alt.X("low:Q").title(f"{row.of}: flown over predicted, less one [%]"), x2="high:Q"
+            x=alt.X("low:Q").title(f"{row.of}: flown over predicted, less one [%]"),
+            x2=alt.X2("high:Q"),
         )
-        points = of.mark_point(filled=True, size=40).encode(x="error:Q")
+        points = of.mark_point(filled=True, size=40).encode(x=alt.X("error:Q"))
         panels.append((intervals + points).properties(width=VERIFICATION_WIDTH))
     named = {"title": title} if title else {}
     return alt.vconcat(*panels, **named).properties(

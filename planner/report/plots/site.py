@@ -97,8 +97,8 @@ def map_panel(tables: FlightTables) -> Chart:
                 interpolate="linear-closed", strokeWidth=0, fillOpacity=_ROOM_OPACITY, clip=True
             )
             .encode(
-                detail="area:N",
-                order="order:Q",
+                detail=alt.Detail("area:N"),
+                order=alt.Order("order:Q"),
                 fill=fill.title("Buffer").scale(domain=[_ROOM], range=[ORANGE]),
             )
         )
@@ -109,7 +109,9 @@ def map_panel(tables: FlightTables) -> Chart:
         layers.append(
             layer(alt.NamedData("stretches"))
             .mark_line(color=PURPLE, strokeWidth=6, opacity=0.75, strokeCap="round", clip=True)
-            .encode(detail=["finding:N", "part:N"], order="order:Q")
+            .encode(
+                detail=[alt.Detail("finding:N"), alt.Detail("part:N")], order=alt.Order("order:Q")
+            )
         )
     marks = [*tables.marks, *tables.points]
     kinds = [kind for kind in _KINDS if any(row["kind"] == kind for row in marks)]
@@ -146,14 +148,14 @@ def map_panel(tables: FlightTables) -> Chart:
 def _path_layers(layer: Callable[[Chart], Chart], tables: FlightTables) -> list[Chart]:
     """Return the path, by what is left in the battery on a return from there, and its direction."""
     alt = load_altair()
-    path = layer(alt.NamedData("path")).encode(order="time_min:Q")
+    path = layer(alt.NamedData("path")).encode(order=alt.Order("time_min:Q"))
     levels = [one for one in LEVELS if any(row.get("level") == one for row in tables.path)]
     stroke = alt.Stroke("level:N").title("Return lands with")
     stroke = stroke.scale(domain=levels, range=[_LEVELS[one][0] for one in levels])
     layers = [
         path.transform_filter(f"datum.level === '{one}'")
         .mark_line(clip=True, strokeWidth=_LEVELS[one][1])
-        .encode(detail="run:N", stroke=stroke)
+        .encode(detail=alt.Detail("run:N"), stroke=stroke)
         for one in levels
     ] or [path.mark_line(color=BLUE, strokeWidth=1.8, clip=True)]
     if tables.arrows:
@@ -189,7 +191,9 @@ def _text_layers(
             clip=True,
             **style,
         )
-        .encode(text="text:N", opacity=alt.value(alt.ExprRef(f"{is_shown} ? 1 : 0")))
+        .encode(
+            text=alt.Text("text:N"), opacity=alt.OpacityValue(alt.ExprRef(f"{is_shown} ? 1 : 0"))
+        )
         for rows, style in texts
         for side, dy in sorted({(row["side"], row["dy"]) for row in rows})
     ]
@@ -321,11 +325,12 @@ def ground_axes(view: View, *, origin: str = "home") -> tuple[Chart, Chart]:
 
 def fence_layer(chart: Chart, fence: list[Row]) -> Chart:
     """Return the outlines of a fence on a chart of its rows; dashes say which side to keep."""
+    alt = load_altair()
     kinds = [kind for kind in _FENCE_DASHES if any(row["kind"] == kind for row in fence)]
-    dashes = load_altair().StrokeDash("kind:N").title("Fence")
+    dashes = alt.StrokeDash("kind:N").title("Fence")
     dashes = dashes.scale(domain=kinds, range=[_FENCE_DASHES[kind] for kind in kinds])
     lines = chart.mark_line(strokeWidth=1.8, clip=True, color=RED)
-    return lines.encode(detail="area:N", order="order:Q", strokeDash=dashes)
+    return lines.encode(detail=alt.Detail("area:N"), order=alt.Order("order:Q"), strokeDash=dashes)
 
 
 def ground_view(places: list[Row], fence: Sequence[Row] = ()) -> View:
@@ -358,7 +363,7 @@ def compass_layers(wind: Wind) -> list[Chart]:
     layers = [
         *_scale_bar(one),
         one.mark_text(align="center", fontSize=13).encode(
-            x=alt.value(14), y=alt.value(14), text=alt.value("N ↑")
+            x=alt.XValue(14), y=alt.YValue(14), text=alt.TextValue("N ↑")
         ),
     ]
     if wind.speed_m_s > 0.0:
@@ -370,9 +375,9 @@ def compass_layers(wind: Wind) -> list[Chart]:
                 size=700,
                 angle=(wind.from_deg + 180.0) % 360.0,
                 opacity=1.0,
-            ).encode(x=alt.value(48), y=alt.value(16)),
+            ).encode(x=alt.XValue(48), y=alt.YValue(16)),
             one.mark_text(align="left").encode(
-                x=alt.value(70), y=alt.value(14), text=alt.value(text)
+                x=alt.XValue(70), y=alt.YValue(14), text=alt.TextValue(text)
             ),
         ]
     return layers
@@ -392,20 +397,23 @@ _BAR_M = (
 def _scale_bar(one: Chart) -> list[Chart]:
     """Return a scale bar in the lower left corner."""
     alt = load_altair()
-
-    def px(expression: str) -> Chart:
-        return alt.value(alt.ExprRef(expression))
-
+    px = alt.ExprRef
     end = f"12 + ({_BAR_M}) * {_PX_PER_M}"
     ticks = [
-        one.mark_rule(strokeWidth=1.5).encode(x=px(at), y=px("height - 16"), y2=px("height - 8"))
+        one.mark_rule(strokeWidth=1.5).encode(
+            x=alt.XValue(px(at)), y=alt.YValue(px("height - 16")), y2=alt.Y2Value(px("height - 8"))
+        )
         for at in ("12", end)
     ]
     name = f"({_BAR_M}) >= 1000 ? ({_BAR_M}) / 1000 + ' km' : ({_BAR_M}) + ' m'"
     return [
-        one.mark_rule(strokeWidth=1.5).encode(x=alt.value(12), x2=px(end), y=px("height - 12")),
+        one.mark_rule(strokeWidth=1.5).encode(
+            x=alt.XValue(12), x2=alt.X2Value(px(end)), y=alt.YValue(px("height - 12"))
+        ),
         *ticks,
         one.mark_text(align="center", baseline="bottom").encode(
-            x=px(f"12 + 0.5 * ({_BAR_M}) * {_PX_PER_M}"), y=px("height - 16"), text=px(name)
+            x=alt.XValue(px(f"12 + 0.5 * ({_BAR_M}) * {_PX_PER_M}")),
+            y=alt.YValue(px("height - 16")),
+            text=alt.TextValue(px(name)),
         ),
     ]

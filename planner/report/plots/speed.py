@@ -39,12 +39,12 @@ def speed_figure(curve: SpeedCurve) -> Chart:
     x = alt.X("speed_m_s:Q").title("Cruise speed [m/s]").scale(zero=False, nice=False)
     marks: list[Chart] = []
     for number, (speed_m_s, several) in enumerate(sorted(names.items())):
-        rule = alt.Chart(inline_rows([{"speed_m_s": speed_m_s}])).encode(x="speed_m_s:Q")
+        rule = alt.Chart(inline_rows([{"speed_m_s": speed_m_s}])).encode(x=alt.X("speed_m_s:Q"))
         align, dx = ("left", 3) if speed_m_s < middle_m_s else ("right", -3)  # none beyond an edge
         marks += [
             rule.mark_rule(strokeDash=[2, 3]),
             rule.mark_text(align=align, baseline="top", dx=dx).encode(
-                y=alt.value(4 + 14 * number), text=alt.value(", ".join(several))
+                y=alt.YValue(4 + 14 * number), text=alt.TextValue(", ".join(several))
             ),
         ]
     panels = (("energy_wh", "Energy [Wh]", ORANGE), ("time_min", "Time [min]", BLUE))

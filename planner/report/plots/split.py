@@ -60,7 +60,7 @@ def split_map_figure(split: Split) -> Chart:
     layers.append(
         layer([row for row in legs if not row["is_own"]])
         .mark_line(strokeWidth=1.0, clip=True, color=GREY, strokeDash=[3, 3])
-        .encode(detail="stretch:N", order="time_min:Q")
+        .encode(detail=alt.Detail("stretch:N"), order=alt.Order("time_min:Q"))
     )
     own = [row for row in legs if row["is_own"]]
     names = [str(number) for number in range(1, len(split.parts) + 1)]
@@ -70,16 +70,16 @@ def split_map_figure(split: Split) -> Chart:
     layers += [
         layer(own)
         .mark_line(strokeWidth=2.6, clip=True, strokeJoin="round")
-        .encode(detail="stretch:N", order="time_min:Q", color=colour),
+        .encode(detail=alt.Detail("stretch:N"), order=alt.Order("time_min:Q"), color=colour),
         layer(labels)
         .mark_point(shape="circle", filled=True, size=330, opacity=1.0, clip=True)
         .encode(color=colour),
         layer(labels)
         .mark_text(fontWeight="bold", clip=True, color=ON_COLOURS)
-        .encode(text="part:N"),
+        .encode(text=alt.Text("part:N")),
         layer(marks).mark_point(filled=True, size=60, shape="square", opacity=1.0, color=GREEN),
         # Left of the place, clear of the number of a part that begins there.
-        layer(marks).mark_text(align="right", dx=-13, clip=True).encode(text="short:N"),
+        layer(marks).mark_text(align="right", dx=-13, clip=True).encode(text=alt.Text("short:N")),
     ]
     return alt.layer(*layers).properties(
         width=WIDTH,
@@ -112,11 +112,13 @@ def split_energy_figure(split: Split) -> Chart:
     layers = [
         bars.mark_bar(color=SKY, height={"band": 0.7}).encode(x=x),
         bars.mark_text(align="left", baseline="middle", dx=5, color=ON_COLOURS).encode(
-            x=alt.value(0), text="label:N"
+            x=alt.XValue(0), text=alt.Text("label:N")
         ),
     ]
     if any("p10_wh" in row for row in rows):
-        layers.append(bars.mark_rule(strokeWidth=2).encode(x=alt.X("p10_wh:Q"), x2="p90_wh:Q"))
+        layers.append(
+            bars.mark_rule(strokeWidth=2).encode(x=alt.X("p10_wh:Q"), x2=alt.X2("p90_wh:Q"))
+        )
     if marked:
         layers.append(
             bars.mark_tick(thickness=3, color=RED, height={"band": 1.0}, opacity=1.0).encode(

@@ -149,7 +149,7 @@ def goal_panel(tables: FleetTables, result: SwarmResult) -> Chart:
     layers = [
         chart.mark_area(color=GREEN, opacity=0.35, line={"strokeWidth": 1.5, "color": GREEN}),
         points.mark_point(filled=True, size=60, opacity=1.0, color=ORANGE),
-        points.mark_text(align="right", dx=-8, dy=-6).encode(text="label:N"),
+        points.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.Text("label:N")),
     ]
     return alt.layer(*layers).properties(
         width=WIDTH,

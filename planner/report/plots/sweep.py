@@ -93,7 +93,7 @@ def map_figure(tally: Tally, across: str, up: str) -> Chart:
     is_wide = len(columns) <= 14
     layers = [base.mark_rect().encode(color=colour)]
     if is_wide:  # else the figures would not fit into their cells
-        layers.append(base.mark_text(color=_INK, fontSize=11).encode(text="text:N"))
+        layers.append(base.mark_text(color=_INK, fontSize=11).encode(text=alt.Text("text:N")))
     return alt.layer(*layers).properties(
         width=_WIDTH, height=_CELL_PX * len(rows), description=map_title(across, up)
     )
@@ -119,9 +119,11 @@ def tornado_figure(tally: Tally) -> Chart:
     title = "Mean margin above the reserve [Wh]"
     x = alt.X("worst_wh:Q").title(title).scale(zero=False, padding=90)
     layers = [
-        base.mark_bar(color=SKY, height=0.6 * _BAR_PX).encode(x=x, x2="best_wh:Q"),
-        base.mark_text(align="right", dx=-4).encode(x="worst_wh:Q", text="worst:N"),
-        base.mark_text(align="left", dx=4).encode(x="best_wh:Q", text="best:N"),
+        base.mark_bar(color=SKY, height=0.6 * _BAR_PX).encode(x=x, x2=alt.X2("best_wh:Q")),
+        base.mark_text(align="right", dx=-4).encode(
+            x=alt.X("worst_wh:Q"), text=alt.Text("worst:N")
+        ),
+        base.mark_text(align="left", dx=4).encode(x=alt.X("best_wh:Q"), text=alt.Text("best:N")),
     ]
     return alt.layer(*layers).properties(
         width=_WIDTH,
