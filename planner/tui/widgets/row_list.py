@@ -125,9 +125,12 @@ class RowList(ScrollView, can_focus=True):
         index = max(min(index, len(self.rows) - 1), 0)
         if index != self.cursor:
             before, self.cursor = self.cursor, index
-            if not self._reveal():
-                self._refresh_row(before)
-                self._refresh_row(index)
+            self._show_moved(before)
+
+    def _show_moved(self, before: int) -> None:
+        if not self._reveal():
+            self._refresh_row(before)
+            self._refresh_row(self.cursor)
 
     def on_mount(self) -> None:
         """Measure the rows."""
@@ -172,8 +175,10 @@ class RowList(ScrollView, can_focus=True):
 
     def _go(self, index: int) -> None:
         if len(self.rows):
-            self.select(index)
+            before, self.cursor = self.cursor, max(min(index, len(self.rows) - 1), 0)
             self.post_message(self.Selected(self, self.cursor))
+            # by way of the screen: it is drawn once, with the panes that follow
+            self.screen.call_later(self._show_moved, before)
 
     def on_click(self, event: events.Click) -> None:
         """Select the row under the mouse; choose the one that is selected already."""
