@@ -150,6 +150,10 @@ class ItemArrival(Value, kw_only=False):
     """Arrival [s], energy used [Wh] and leaving [s] of every further pass, where a jump leads back."""
 
 
+SPEED_ROUNDING = 1e-9
+"""Part of a speed by which another that is the same may differ. [-]"""
+
+
 class Extreme(Value):
     """A highest or lowest value, and where it is reached."""
 
@@ -179,18 +183,17 @@ def flight_extremes(
     """
     nodes = airspeed_m_s.shape[1]
 
-    def at(values: FloatArray, place: np.intp) -> Extreme:
-        return Extreme(
-            value=float(values[np.unravel_index(place, values.shape)]),
-            segment=int(piece_segment[place // nodes]),
-        )
+    def greatest_of(values: FloatArray, sign: float = 1.0) -> Extreme:
+        most = float((sign * values).max())
+        # Of those that differ by rounding alone the first.
+        place = np.argmax(sign * values >= most - SPEED_ROUNDING * abs(most))
+        return Extreme(value=sign * most, segment=int(piece_segment[place // nodes]))
 
-    ground_m_s, climb_m_s = state.ground_speed_m_s, state.climb_m_s
     return Extremes(
-        ground_speed_m_s=at(ground_m_s, np.argmax(ground_m_s)),
-        airspeed_m_s=at(airspeed_m_s, np.argmax(airspeed_m_s)),
-        climb_m_s=at(climb_m_s, np.argmax(climb_m_s)),
-        descent_m_s=at(climb_m_s, np.argmin(climb_m_s)),
+        ground_speed_m_s=greatest_of(state.ground_speed_m_s),
+        airspeed_m_s=greatest_of(airspeed_m_s),
+        climb_m_s=greatest_of(state.climb_m_s),
+        descent_m_s=greatest_of(state.climb_m_s, -1.0),
         highest_m=float(state.height_m.max()),
         lowest_m=float(state.height_m.min()),
     )

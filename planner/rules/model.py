@@ -12,6 +12,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED, step_speeds_m_s
+from planner.flight.prediction import SPEED_ROUNDING
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.mission.route.stage import StageKind
@@ -240,7 +241,8 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     row = int(np.argmax(air_m_s))
     ground_m_s = float(reach.ground_speed_m_s.max()) if is_step else fastest.value
     is_late = is_leant_less and air_m_s[row] > (1.0 + OVERSHOOT) * shown_m_s
-    if is_late or air_m_s[row] > max(over_m_s, ground_m_s):
+    # What flies as fast over ground is told of already.
+    if is_late or air_m_s[row] > max(over_m_s, (1.0 + SPEED_ROUNDING) * ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.
         is_counted = a.vehicle.knows_airspeed or is_late
         costs = _uncounted(a) if is_counted else _UncountedCosts()
