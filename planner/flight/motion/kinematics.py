@@ -156,8 +156,8 @@ class Columns(Value, eq=False):
         return type(self)(**chosen)
 
     def put(self, rows: IntArray | BoolArray, values: Self) -> None:
-        """Overwrite some of the rows, in place."""
-        for name in field_names(self):
+        """Overwrite some of the rows, or of some of their columns, in place."""
+        for name in field_names(values):
             mine, given = getattr(self, name), getattr(values, name)
             if isinstance(mine, Columns):
                 mine.put(rows, given)

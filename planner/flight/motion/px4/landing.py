@@ -127,9 +127,8 @@ def add_landings(pieces: Px4Pieces, legs: Px4Legs, *, lands: BoolArray) -> None:
     descents.add_to(pieces, move)
     disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
     grounded_s = LANDED_AFTER_S + disarm_s + landing.planned.hold_s
-    pieces.add_lines(
-        Places(move, len(descents.parts), RAMP, grounded_s), descents.touched_m(), is_grounded=True
-    )
+    order = len(descents.parts)
+    pieces.add_lines(Places(move, order, RAMP, grounded_s, is_grounded=True), descents.touched_m())
 
 
 @dataclass(slots=True, kw_only=True)
@@ -232,7 +231,7 @@ class _Descents:
         flown_s = creeping / time_scale.upright + (duration - creeping) / time_scale.standing
         across = self.settling_per_s[rows]
         order = np.repeat(np.arange(count), len(move))
-        pieces.add_settlings(
+        pieces.add(
             Places(move[rows], order, RAMP, duration, quotient(duration, flown_s, 1.0)),
             coefficients,
             Settlings(
@@ -516,10 +515,9 @@ def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
     acceleration[2] = quotient(takeoffs.speed_m_s, takeoffs.rise_s)
     order, row = np.divmod(np.arange(duration.size), len(move))
     pieces.add_lines(
-        Places(move[row], order, RAMP, duration.ravel()),
+        Places(move[row], order, RAMP, duration.ravel(), is_grounded=order == 0),
         takeoffs.ground_m[row] + height.ravel()[:, None] * up,
         up,
         speed.ravel(),
         acceleration.ravel(),
-        is_grounded=order == 0,
     )

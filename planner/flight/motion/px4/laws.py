@@ -147,6 +147,11 @@ class Px4Law(Columns, eq=False):
             settlings=added if isinstance(added, Settlings) else _NO_SETTLINGS,
         )
 
+    @property
+    def is_cubic(self) -> BoolArray:
+        """To which rows nothing is added. (rows,)"""
+        return np.asarray(self.kind == _CUBIC)
+
     def _additions(self) -> Iterator[tuple[BoolArray, Brakes | Settlings]]:
         """Yield to which rows something is added, and what."""
         for kind, added in ((_BRAKE, self.brakes), (_SETTLING, self.settlings)):
@@ -197,7 +202,7 @@ class Px4Law(Columns, eq=False):
 
         The ends of a cubic say what lies between them; of the others that has to be looked at.
         """
-        is_cubic = self.kind == _CUBIC
+        is_cubic = self.is_cubic
         row = np.where(is_cubic, np.cumsum(is_cubic), np.cumsum(~is_cubic)) - 1
         cubics = PolynomialLaw(coefficients=self.coefficients[is_cubic])
         return (cubics, self.select(~is_cubic)), np.asarray(~is_cubic, dtype=np.intp), row

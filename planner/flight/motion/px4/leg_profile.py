@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import dot, horizontal, quotient
+from planner.flight.motion.kinematics import horizontal, quotient
 from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.laws import Brakes
@@ -146,10 +146,12 @@ def _add_phases(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
 def _braked(
     legs: Px4Legs, rows: IntArray, law: BrakingLaw, start_m_s: FloatArray
 ) -> tuple[FloatArray, Brakes]:
-    """Return how some legs are braked by a law of each of them, from speeds on, and to where. (k, 3)"""
+    """Return to where some legs are braked, and how, by a law of each of them from speeds on. (k, 3, 4)"""
     direction = legs.limits.direction[rows]
     way = legs.limits.length_m[rows] + legs.limits.tail_m[rows] + law.beyond_m
-    return legs.straight_m[rows] + direction * way[:, None], Brakes(
+    aims = np.zeros((len(rows), 3, 4))
+    aims[..., 0] = legs.straight_m[rows] + direction * way[:, None]
+    return aims, Brakes(
         direction=direction,
         start_m_s=start_m_s,
         final_m_s=law.final_m_s,
@@ -169,20 +171,19 @@ def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
         first, last = start[rows], end[rows]
-        aim, brake = _braked(legs, rows, law.select(rows), first)
-        a, b, level = brake.acceleration_m_s2, brake.half_b_m_s, horizontal(brake.direction)
+        aims, brakes = _braked(legs, rows, law.select(rows), first)
+        level = horizontal(brakes.direction)
         between = pieces.time_scale.between(level * first, level * last)
-        pieces.add_brakes(
+        pieces.add(
             Places(
                 move[rows],
                 order,
                 np.where(steep[rows], RAMP, BRAKE),
-                braking_time_s(first, last, a, b),
+                braking_time_s(first, last, brakes.acceleration_m_s2, brakes.half_b_m_s),
                 np.where(steep[rows], between, 1.0),
             ),
-            aim,
-            brake,
-            (first - last) * (first + last + 2.0 * b) / (2.0 * a),
+            aims,
+            brakes,
         )
 
 
@@ -193,14 +194,12 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
     creeping, half_b = creeps(flown)
     move = np.flatnonzero(creeping)
     if len(move):
-        direction, straights = flown.limits.direction[move], flown.straights
-        law = replace(straights.braking.near.select(move), half_b_m_s=half_b[move])
+        braking = flown.straights.braking
+        law = replace(braking.near.select(move), half_b_m_s=half_b[move])
         law = replace(law, beyond_m=np.zeros(len(move)))
-        begin = flown.straight_m[move] + direction * flown.limits.length_m[move, None]
-        pieces.add_brakes(
+        pieces.add(
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
-            *_braked(flown, move, law, straights.braking.end_m_s[move]),
-            dot(flown.end.place_m[move] - begin, direction),
+            *_braked(flown, move, law, braking.end_m_s[move]),
         )
     move = np.flatnonzero(holding & ~creeping)
     if not len(move):

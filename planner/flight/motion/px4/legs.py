@@ -229,6 +229,16 @@ class Handed(Columns, eq=False):
         sped = greatest(np.abs(self.velocity_m_s - other.velocity_m_s))
         return np.asarray(np.maximum(moved, sped) > _UNCHANGED)
 
+    @classmethod
+    def after(cls, before: IntArray, ends: Handed, start_m: FloatArray) -> Handed:
+        """Return what rows of others hand on; below 0 a flight begins, standing at its start."""
+        follows = before >= 0
+        return Handed(
+            place_m=np.where(follows[:, None], ends.place_m[before], start_m),
+            velocity_m_s=np.where(follows[:, None], ends.velocity_m_s[before], 0.0),
+            slowing_m_s2=np.where(follows, ends.slowing_m_s2[before], 0.0),
+        )
+
 
 class LegStarts(Handed, eq=False):
     """Planned moves with what the moves before hand on to them."""
@@ -239,17 +249,6 @@ class LegStarts(Handed, eq=False):
     def parameters(self) -> Px4Parameters:
         """Those of the vehicle that flies them."""
         return self.planned.parameters
-
-    @classmethod
-    def after(cls, before: IntArray, ends: Handed, planned: PlannedLegs) -> LegStarts:
-        """Return moves begun after others, by rows of what these hand on; below 0 flights begin."""
-        follows = before >= 0
-        return cls(
-            planned=planned,
-            place_m=np.where(follows[:, None], ends.place_m[before], planned.start_m),
-            velocity_m_s=np.where(follows[:, None], ends.velocity_m_s[before], 0.0),
-            slowing_m_s2=np.where(follows, ends.slowing_m_s2[before], 0.0),
-        )
 
 
 class Px4Legs(LegStarts, eq=False):
@@ -290,18 +289,22 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     -----
     A leg is flown alike whatever came before, but for the speed and place it is begun with; only legs
     too short for the speed allowed at their end change those.  So all are flown at once, then those
-    after a change again, until nothing changes.
+    after a change again, until nothing changes.  A landing ends where it does, however it is begun.
     """
     planned = plan_legs(moves)
     before, guessed = _moves_before(planned), _guessed_ends(planned)
-    legs = _flown(LegStarts.after(before, guessed, planned))
+    begun = Handed.after(before, guessed, planned.start_m)
+    legs = _flown(LegStarts(**field_values(begun), planned=planned))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
         active = np.flatnonzero(np.append(changed, False)[before])
-        if not len(active):
+        begun = Handed.after(before[active], legs.end, planned.start_m[active])
+        Handed.put(legs, active, begun)
+        flies = np.flatnonzero(~planned.is_landing[active])
+        if not len(flies):
             break
-        begun = LegStarts.after(before[active], legs.end, planned.select(active))
-        flown = _flown(begun)
+        active, begun = active[flies], begun.select(flies)
+        flown = _flown(LegStarts(**field_values(begun), planned=planned.select(active)))
         changed = np.zeros(len(before), dtype=np.bool_)
         changed[active] = flown.end.is_moved(legs.end.select(active))
         legs.put(active, flown)

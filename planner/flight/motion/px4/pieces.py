@@ -138,15 +138,6 @@ class Places(NamedTuple):
     """In the time of PX4's trajectory. (k,) [s]"""
     time_scale: FloatArray | float = 1.0
     """Seconds of that per second of flight. [-]"""
-
-
-class _Collected(NamedTuple):
-    """Pieces of one kind, in the order they were added."""
-
-    law: Px4Law
-    places: Places
-    distance_m: FloatArray
-    climb_m: FloatArray
     is_grounded: BoolArray | bool = False
 
 
@@ -155,28 +146,21 @@ class Px4Pieces:
     """Pieces while they are collected."""
 
     time_scale: TimeScale
-    parts: list[_Collected] = field(default_factory=list)
-    delay_s: float = 0.0
-    """Waited already in the durations of parts: what their time scales would say. [s]"""
+    parts: list[tuple[Px4Law, Places]] = field(default_factory=list)
 
     def add_lines(
         self,
         places: Places,
         place_m: FloatArray,
         direction: FloatArray | float = 0.0,
-        *powers: FloatArray | float,
-        is_grounded: BoolArray | bool = False,
+        *powers: FloatArray,
     ) -> None:
         """Add straight pieces by speed, acceleration and jerk; by default they stay where they are."""
-        scale = places.time_scale
         cubics = np.zeros((len(place_m), 3, 4))
         cubics[..., 0] = place_m
         for power, part in enumerate(powers, start=1):
-            along = np.reshape(part * scale**power / math.factorial(power), (-1, 1))
-            cubics[..., power] = direction * along
-        flown = places._replace(duration_s=places.duration_s / scale, time_scale=1.0)
-        self.delay_s += float((flown.duration_s - places.duration_s).sum())
-        self.add_cubics(flown, cubics, is_grounded=is_grounded)
+            cubics[..., power] = direction * (part / math.factorial(power))[:, None]
+        self.add(places, cubics)
 
     def add_curves(self, places: Places, curves: Curves) -> None:
         """Add curves as far as they are flown in the durations of places."""
@@ -185,54 +169,13 @@ class Px4Pieces:
         row, part = np.nonzero(flown > _SHORTEST_S)
         move, slot, scale = np.broadcast_arrays(places.move, places.slot, places.time_scale)
         own = Places(move[row], places.order, slot[row], flown[row, part], scale[row])
-        self.add_cubics(own, curves.coefficients[row, part])
+        self.add(own, curves.coefficients[row, part])
 
-    def add_cubics(
-        self, places: Places, coefficients: FloatArray, *, is_grounded: BoolArray | bool = False
+    def add(
+        self, places: Places, cubics: FloatArray, added: Brakes | Settlings | None = None
     ) -> None:
-        """Add pieces by their rising powers of time. (k, 3, 4)"""
-        if not (places.duration_s > _SHORTEST_S).any():
-            return
-        c, t = coefficients, places.duration_s[:, None]
-        moved = t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
-        # Control points of the cubic's Bézier form: its length lies between chord and polygon.
-        first = c[..., 1] * t / 3.0
-        last = (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3])) * t / 3.0
-        polygon = horizontal(first) + horizontal(last) + horizontal(moved - first - last)
-        distance = 0.5 * (polygon + horizontal(moved))
-        self._add(Px4Law.of(c), places, distance, moved[:, 2], is_grounded=is_grounded)
-
-    def add_brakes(
-        self, places: Places, aim_m: FloatArray, brakes: Brakes, way_m: FloatArray
-    ) -> None:
-        """Add pieces of braking to places, (k, 3), over ways. (k,)"""
-        cubics = np.zeros((len(aim_m), 3, 4))
-        cubics[..., 0] = aim_m
-        level, upward = horizontal(brakes.direction), brakes.direction[:, 2]
-        self._add(Px4Law.of(cubics, brakes), places, way_m * level, way_m * upward)
-
-    def add_settlings(self, places: Places, cubics: FloatArray, settlings: Settlings) -> None:
-        """Add pieces that settle exponentially, to cubics. (k, 3, 4)"""
-        law = Px4Law.of(cubics, settlings)
-        rows = np.arange(len(places.duration_s))
-        before = law.state_at(rows, np.zeros(len(rows)))
-        after = law.state_at(rows, places.duration_s)
-        distance = horizontal(after.place_m - before.place_m)
-        self._add(law, places, distance, after.height_m - before.height_m)
-
-    def _add(
-        self,
-        law: Px4Law,
-        places: Places,
-        distance_m: FloatArray,
-        climb_m: FloatArray,
-        *,
-        is_grounded: BoolArray | bool = False,
-    ) -> None:
-        scale = places.time_scale
-        if isinstance(scale, np.ndarray):
-            law = law.slowed(scale)
-        self.parts.append(_Collected(law, places, distance_m, climb_m, is_grounded))
+        """Add pieces by their rising powers of time, (k, 3, 4), and what is added to those."""
+        self.parts.append((Px4Law.of(cubics, added), places))
 
 
 _LENGTH_NODES, _LENGTH_WEIGHTS = unit_quadrature(8)
@@ -254,9 +197,6 @@ class Ordered(Value, eq=False):
     segment_move: IntArray
     """Move each segment belongs to. (n,)"""
     segment_slot: IntArray
-    segment_s: FloatArray
-    segment_distance_m: FloatArray
-    segment_climb_m: FloatArray
     noise_delay_s: float
     """How much longer all of it takes for the noise of the position. [s]"""
 
@@ -293,67 +233,67 @@ class Ordered(Value, eq=False):
         shifted = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
         coefficients = np.stack((*shifted, c2 + 3.0 * t * c3, c3), axis=-1)
         law = replace(self.law, coefficients=self.law.coefficients + coefficients)
-        flown = replace(self, law=law)
-        east, north = flown.velocities_m_s(_LENGTH_NODES, axes=2)
-        way = _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north) * self.duration_s
-        distance = np.bincount(self.segment, way).astype(np.float64)
-        return replace(flown, segment_distance_m=distance)
+        return replace(self, law=law)
 
     def slowed(self, scale: FloatArray) -> Ordered:
         """Return the pieces flown in more time, each at its share of the speed. (p,)"""
-        duration = self.duration_s / scale
         return replace(
             self,
             law=self.law.slowed(scale),
             offset_s=self.offset_s / scale,
-            duration_s=duration,
-            segment_s=np.bincount(self.segment, duration).astype(np.float64),
+            duration_s=self.duration_s / scale,
         )
+
+    def moved_m(self, *, curves: bool) -> tuple[FloatArray, FloatArray]:
+        """Return ways over the ground, and climbs. (p,), (p,) [m]
+
+        Of pieces that a vehicle may turn back in, ``curves``, by quadrature; else between the chord and
+        the control polygon of what is nothing but a cubic (Bézier): of the others the chord.
+        """
+        time = self.duration_s[:, None]
+        ends_s = self.offset_s[:, None] + time * (0.0, 1.0)
+        ends = self.law.state_at(np.arange(len(time))[:, None], ends_s)
+        climb = np.diff(ends.height_m)[:, 0]
+        if curves:
+            east, north = self.velocities_m_s(_LENGTH_NODES, axes=2)
+            return _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north) * self.duration_s, climb
+        chord = np.column_stack((np.diff(ends.east_m), np.diff(ends.north_m)))
+        thirds = np.stack((ends.east_m_s, ends.north_m_s), axis=-1) * (time / 3.0)[:, None]
+        first, last = thirds[:, 0], thirds[:, 1]
+        straight = horizontal(chord)
+        polygon = horizontal(first) + horizontal(last) + horizontal(chord - first - last)
+        return np.where(self.law.is_cubic, 0.5 * (polygon + straight), straight), climb
+
+    def summed(self, of_pieces: FloatArray) -> FloatArray:
+        """Return sums by segment. (n,)"""
+        return np.bincount(self.segment, of_pieces).astype(np.float64)
 
 
 def in_flown_order(pieces: Px4Pieces) -> Ordered:
     """Return collected pieces in flown order, with their segments; those of no duration are left out."""
-    parts = pieces.parts
-    counts = [len(part.distance_m) for part in parts]
-    ends = np.cumsum(counts)
-    move, order, slot = np.empty((3, ends[-1]), dtype=np.intp)
-    (planned_s, time_scale), grounded = np.empty((2, ends[-1])), np.empty(ends[-1], dtype=np.bool_)
-    for part, count, end in zip(parts, counts, ends.tolist(), strict=True):
-        own = slice(end - count, end)
-        for column, given in zip(
-            (move, order, slot, planned_s, time_scale, grounded),
-            (*part.places, part.is_grounded),
-            strict=True,
-        ):
-            column[own] = given
-    lasts = planned_s > _SHORTEST_S
-    flown = np.flatnonzero(lasts)
+    laws, places = zip(*pieces.parts, strict=True)
+    counts = [len(own.duration_s) for own in places]
+    columns = []
+    for given in zip(*places, strict=True):
+        every = [np.broadcast_to(one, count) for one, count in zip(given, counts, strict=True)]
+        columns.append(np.concatenate(every))
+    move, order, slot, planned_s, time_scale, grounded = columns
+    flown = np.flatnonzero(planned_s > _SHORTEST_S)
     flown = flown[np.argsort((move * ORDERS + order)[flown], kind="stable")]
     key = (move * SLOTS + slot)[flown]
     begins = np.concatenate(([True], key[1:] != key[:-1]))
-    segment = np.cumsum(begins) - 1
-    duration = (planned_s / time_scale)[flown]
-    segment_s, distance, climb = (
-        np.bincount(segment, column).astype(np.float64)
-        for column in (
-            duration,
-            np.concatenate([part.distance_m for part in parts])[flown],
-            np.concatenate([part.climb_m for part in parts])[flown],
-        )
-    )
+    scale, planned_s = time_scale[flown], planned_s[flown]
+    duration = planned_s / scale
     return Ordered(
-        law=Px4Law.joined([part.law for part in parts]).select(flown),
-        segment=segment,
+        law=Px4Law.joined(laws).select(flown).slowed(scale),
+        segment=np.cumsum(begins) - 1,
         offset_s=np.zeros(len(flown)),
         duration_s=duration,
         is_grounded=grounded[flown],
         piece_slot=key % SLOTS,
         segment_move=key[begins] // SLOTS,
         segment_slot=key[begins] % SLOTS,
-        segment_s=segment_s,
-        segment_distance_m=distance,
-        segment_climb_m=climb,
-        noise_delay_s=pieces.delay_s + float((duration - planned_s[flown]).sum()),
+        noise_delay_s=float((duration - planned_s).sum()),
     )
 
 

@@ -226,11 +226,11 @@ class Px4Pilot(Value):
         done = np.searchsorted(move_stage, np.arange(stages), side="right") - 1
         flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
         landings = int(legs.planned.is_landing.sum())
-        aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
-        wandered_m = time_scale.wandered_m(aloft_s, ordered.segment_distance_m)
+        segments = _segments(ordered, legs, self.drag_per_s)
+        wandered_m = time_scale.wandered_m(ordered.summed(flying_s), segments.distance_m)
         laws, law, row = ordered.law.parted()
         motion = Motion(
-            segments=_segments(ordered, legs, self.drag_per_s),
+            segments=segments,
             laws=laws,
             piece_segment=ordered.segment,
             piece_law=law,
@@ -307,21 +307,19 @@ def _segments(ordered: Ordered, legs: Px4Legs, drag_per_s: float | None) -> Segm
         STATE_INDEX[FlightState.HOVER],
     )
     stops = planned.is_leg & (planned.final_level_m_s == 0.0)
+    way_m, climb_m = map(ordered.summed, ordered.moved_m(curves=bool(drag_per_s)))
     # A stop goes on beyond the place that counts as reached.
     beyond = (legs.limits.tail_m * level)[move]
     return SegmentColumns(
         item=planned.item[move],
         state=state,
-        duration_s=ordered.segment_s,
-        distance_m=ordered.segment_distance_m,
-        climb_m=ordered.segment_climb_m,
+        duration_s=ordered.summed(ordered.duration_s),
+        distance_m=way_m,
+        climb_m=climb_m,
         speed_m_s=np.where((slot == HOLD) | (slot == PAUSE), 0.0, top[move]),
         stopping_distance_m=np.select(
             [slot == CRUISE, (slot == BRAKE) & stops[move]],
-            [
-                stopping_distance_m(top[move], parameters, drag_per_s),
-                ordered.segment_distance_m + beyond,
-            ],
+            [stopping_distance_m(top[move], parameters, drag_per_s), way_m + beyond],
             np.nan,
         ),
     )
