@@ -43,6 +43,8 @@ _LEG_ERROR = 0.05
 """How far the time of a leg may be off. [-]"""
 _PLACE_ERROR_M = 1.0
 """How far off a vehicle is where its leg is over: recorded copters stop up to 0.8 m off. [m]"""
+_LEFT_M = 0.1
+"""A return that has got so far has begun its way home. [m]"""
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _SAME_S = 0.5
 """Flights that take so little longer take the same time. [s]"""
@@ -344,6 +346,7 @@ class _Times:
         done = done - (is_circle & (done > 0) & (motion.segments.state[done] == _BRAKE))
         self._done_s = end_s[np.maximum.accumulate(done) + 1]
         self._places_m = np.array([(s.east_m, s.north_m, s.height_m) for s in route.stages])
+        self._radius_m = np.where(is_circle, [abs(s.radius_m) for s in route.stages], 0.0)
 
     def item_of(self, one: HeldItem) -> int:
         """Return the item whose leg holds an item back."""
@@ -369,16 +372,31 @@ class _Times:
                 return None
             if condition.within_m is not None:
                 every = np.linspace(at_s, end_s, _SAMPLES)
-                away = self._place_m(every)[:, :2] - self._places_m[one.last_stage, :2]
-                near = np.flatnonzero(np.hypot(*away.T) < condition.within_m)
+                near = np.flatnonzero(self._away_m(one, every) < condition.within_m)
                 if not len(near):
                     return None
                 at_s = float(every[near[0]])
         return at_s
 
+    def _away_m(self, one: HeldItem, time_s: FloatArray) -> FloatArray:
+        """Return how far the vehicle is, level, from what its autopilot flies to just then. (n,) [m]
+
+        That is the edge of a circle, or its target there; of a return the place straight above while it
+        climbs (ArduCopter, ``ModeAuto::wp_distance_m``, ``ModeRTL::climb_start``).
+        """
+        here_m = self._place_m(time_s)[:, :2]
+        away_m = np.hypot(*(here_m - self._places_m[one.last_stage, :2]).T)
+        if self._kinds[one.last_stage] is StageKind.RETURN:
+            begun_m = self._place_m(np.array([self.span_s(one)[0]]))[:, :2]
+            has_left = np.hypot(*(here_m - begun_m).T) > _LEFT_M
+            return np.where(has_left, away_m, 0.0)
+        return np.asarray(np.abs(away_m - self._radius_m[one.last_stage]))
+
     def is_close(self, one: HeldItem) -> bool:
         """Return whether a condition is met so near to the end of its leg that either may be first."""
         begin_s, end_s = self.span_s(one)
+        if self.fires_s(one) == begin_s:
+            return False
         near_m = [c.within_m for c in one.conditions if c.within_m is not None]
         if 0.0 in near_m:  # none is below it (ArduCopter, ``ModeAuto::verify_within_distance``)
             return False
@@ -391,8 +409,8 @@ class _Times:
             return True
         if not near_m:
             return False
-        away_m = (self._place_m(np.array([end_s])) - self._places_m[one.last_stage])[0, :2]
-        return any(abs(each - float(np.hypot(*away_m))) < _PLACE_ERROR_M for each in near_m)
+        [away_m] = self._away_m(one, np.array([end_s]))
+        return any(abs(each - away_m) < _PLACE_ERROR_M for each in near_m)
 
     def fraction(self, one: HeldItem) -> float | None:
         """Return how far along its leg an item is carried out; ``None`` where it never is. [-]"""

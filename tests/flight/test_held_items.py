@@ -222,8 +222,16 @@ def test_a_speed_held_back_on_a_return_counts_from_where_it_is_carried_out(
 ) -> None:
     # 500 m from home at one speed, the rest at the other; 18 s to speed up and to slow down at most.
     legs = (takeoff(30), speed(8.0), waypoint(1500, 30))
-    queue = (distance(5000.0), speed(first_m_s), distance(500.0), speed(then_m_s), rtl())
-    own = (photo(), photo(), photo(), photo(), rtl())
+    # 2 s: it has begun its way home.
+    queue = (
+        distance(5000.0),
+        speed(first_m_s),
+        delay(2.0),
+        distance(500.0),
+        speed(then_m_s),
+        rtl(),
+    )
+    own = (photo(), photo(), photo(), photo(), photo(), rtl())
     held, plain = (flown(*legs, *each, autopilot=autopilot) for each in (queue, own))
     home_s = plain.totals.time_s - arrival_s(plain, 3)  # at the vehicle's own speed
     own_m_s = load_vehicle(VEHICLES[STEP]).default_speed_m_s if autopilot is STEP else 10.0
@@ -258,7 +266,7 @@ def test_a_return_held_back_climbs_once_and_waits_once() -> None:
     plain_s = home_s()
     # Held back to 400 m before home, 400 m at 2 instead of 10 m/s: 160 s; less 11.4 s for slowing down by
     # 8 m/s in 8 / 2.5 + 2.5 / 1 = 5.7 s at 6 m/s, and 2 s for the end, which is braked to from 2 m/s.
-    queue = (photo(), distance(400.0), speed(2.0))
+    queue = (photo(), delay(60.0), distance(400.0), speed(2.0))  # the climb is over
     assert home_s(*queue) - plain_s == pytest.approx(146.6, abs=3.0)
     assert home_s(speed(0.5, kind=2.0)) == pytest.approx(plain_s, abs=0.1)
     assert home_s(photo(), speed(0.5, kind=2.0)) - plain_s == pytest.approx(120.0 - 24.0, abs=3.0)
@@ -363,7 +371,7 @@ def test_a_return_with_a_speed_held_back_takes_what_its_two_spans_take(
         return result.totals.time_s - arrival_s(result, 2)
 
     last_m = fraction * length
-    held = home_s(speed(first), distance(last_m), speed(then))
+    held = home_s(speed(first), delay(2.0), distance(last_m), speed(then))
     # Each span at the pace of a return all at that speed; a change of speed takes its ramp once more.
     shares = ((first, 1.0 - fraction), (then, fraction))
     by_hand = sum(share * home_s(speed(each)) for each, share in shares)
@@ -537,3 +545,68 @@ def test_a_wait_on_a_circle_of_reference_steps_may_end_as_the_own_autopilot_flie
     legs = (takeoff(30), waypoint(180, 30), delay(wait_s), speed(1.0), turns)
     result = flown(*legs, waypoint(1200, 30), rtl(), autopilot=STEP)
     assert arrival_s(result, 6) - arrival_s(result, 5) == pytest.approx(leg_s, rel=0.1)
+
+
+# ArduCopter's `ModeAuto::wp_distance_m` asks for the distance to what it flies to just then: to the place
+# above it while a return climbs, or begins.  Flown in ArduPilot's SITL: all the way home at the new speed.
+@pytest.mark.parametrize("autopilot", FLOWN)
+@pytest.mark.parametrize(
+    ("queue", "slow_m"),
+    [
+        ((distance(300.0),), 1000.0),
+        ((delay(20.0), distance(300.0)), 300.0),
+        ((distance(0.0),), 0.0),
+    ],
+)
+def test_a_distance_is_that_to_where_a_return_climbs_until_it_sets_out(
+    queue: tuple[MissionItem, ...], slow_m: float, autopilot: Autopilot
+) -> None:
+    legs = (takeoff(30), speed(8.0), waypoint(1000, 30, hold_s=1.0))
+
+    def home_s(*held: MissionItem) -> float:
+        result = flown(*legs, *held, rtl(), autopilot=autopilot)
+        return result.totals.time_s - arrival_s(result, 3)
+
+    fast_s = home_s(photo(), photo())
+    # 4 instead of 10 m/s: 0.15 s longer for a metre; some seconds for slowing down.
+    assert home_s(*queue, speed(4.0)) - fast_s == pytest.approx(0.15 * slow_m, abs=8.0)
+
+
+@pytest.mark.parametrize("autopilot", FLOWN)
+@pytest.mark.parametrize(("near_m", "is_met"), [(0.0, False), (30.0, True), (70.0, True)])
+def test_a_distance_is_that_to_the_edge_of_a_circle(
+    near_m: float, autopilot: Autopilot, *, is_met: bool
+) -> None:
+    # 100 m to the edge of a circle of 50 m, whose centre is never nearer than that.
+    turns = item(18, north(350), 30.0, params=(1.0, 0.0, 50.0, None))
+    legs = (takeoff(30), speed(8.0), waypoint(200, 30), distance(near_m), speed(1.0), turns)
+    result = flown(*legs, waypoint(1300, 30), rtl(), autopilot=autopilot)
+    leg_s = arrival_s(result, 7) - arrival_s(result, 6)
+    assert (leg_s > 900.0) == is_met
+
+
+def test_the_way_to_a_change_of_height_leads_up_along_it_where_something_is_held_back() -> None:
+    # ArduPilot flies to LOITER_TO_ALT straight; half of its 400 m it is half as high again: 40 m.
+    change = item(31, north(400), 60.0, params=(0.0, 0.0, 0.0, 0.0))
+    legs = (takeoff(20), speed(8.0), waypoint(10, 20, hold_s=1.0))
+    result = flown(*legs, distance(100.0), speed(4.0), change, rtl(), autopilot=ARDUPILOT)
+    assert result.assessment is not None
+    state = result.assessment.flight.node_state
+    on_leg = (state.north_m > 50.0) & (state.north_m < 350.0) & (state.north_m_s > 0.5)
+    expected_m = 20.0 + 40.0 * (state.north_m[on_leg] - 10.0) / 390.0
+    assert on_leg.any()
+    assert state.height_m[on_leg] == pytest.approx(expected_m, abs=1.5)
+
+
+def test_a_landing_descends_as_commanded_behind_another_item_of_the_queue() -> None:
+    # From 40 m, of which the last 10 m are at LAND_SPEED: 30 m at 0.5 m/s, as no landing is slower, instead
+    # of 1.5 m/s are 40 s longer; ArduPilot's SITL took 39.2 s longer than is predicted without the item.
+    legs = (takeoff(40), waypoint(60, 40))
+
+    def time_s(*queue: MissionItem) -> float:
+        return flown(*legs, *queue, rtl()).totals.time_s
+
+    own_s = time_s(speed(5.0))
+    assert time_s(speed(5.0), speed(0.4, kind=3.0)) - own_s == pytest.approx(39.2, abs=1.0)
+    assert time_s(speed(5.0), speed(1.0, kind=3.0)) - own_s == pytest.approx(10.0, abs=1.0)
+    assert time_s(speed(0.4, kind=3.0), photo()) == time_s(photo(), photo())

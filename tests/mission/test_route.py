@@ -409,6 +409,52 @@ def test_ardupilot_keeps_turns_and_radius_in_8_bits_each(
     assert codes(found) == (["M113"] if changed else [])
 
 
+def test_a_circle_without_a_radius_has_that_of_the_one_before() -> None:
+    # ArduCopter's `ModeAuto::circle_movetoedge_start` sets none of 0; AC_Circle keeps the one it has.
+    def circle(north_m: float, radius_m: float) -> MissionItem:
+        return item(18, north(north_m), 30.0, params=(1.0, 0.0, radius_m, 0.0))
+
+    items = (takeoff(20), circle(100, 0.0), circle(200, -25.0), circle(300, 0.0), circle(400, 9.0))
+    flown = route(*items, circle(500, 0.0), rtl(), dialect=ARDUPILOT)
+    radii_m = [one.radius_m for one in flown.stages if one.kind is StageKind.CIRCLE]
+    assert radii_m == [0.0, -25.0, 25.0, 9.0, 9.0]
+    told = [(one.item, one.message) for one in flown.findings if one.code == "T102"]
+    assert [number for number, _ in told] == [4]  # that of both
+    assert "ArduPilot flies the 25 m of the circle before" in told[0][1]
+    again = route(
+        takeoff(20), circle(100, 0.0), circle(200, 30.0), jump(2, 1), rtl(), dialect=ARDUPILOT
+    )
+    radii_m = [one.radius_m for one in again.stages if one.kind is StageKind.CIRCLE]
+    assert radii_m == [0.0, 30.0, 30.0, 30.0]
+
+
+LAND_HERE, LAND_THERE = item(21, 0.0, 0.0, longitude_deg=0.0), item(21, north(100), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("queue", "last", "expected"),
+    [
+        # ArduPilot carries out the first item of its queue before a return or a landing takes its speeds from
+        # the parameters, the others afterwards (`ModeRTL::init`, `ModeAuto::land_start`).
+        ((speed(0.8, kind=3.0),), rtl(), None),
+        ((speed(5.0), speed(0.8, kind=3.0)), rtl(), 0.8),
+        ((speed(0.8, kind=3.0), speed(5.0)), rtl(), None),
+        ((speed(5.0), speed(0.8, kind=3.0)), LAND_HERE, 0.8),
+        ((speed(0.8, kind=3.0),), LAND_HERE, None),
+        ((speed(5.0), speed(0.8, kind=3.0)), LAND_THERE, None),  # it lands when it has got there
+    ],
+)
+def test_a_descent_speed_behind_another_item_is_that_of_a_landing_that_has_begun(
+    queue: tuple[MissionItem, ...], last: MissionItem, expected: float | None
+) -> None:
+    stages = route(takeoff(20), waypoint(50, 20), *queue, last, dialect=ARDUPILOT).stages
+    assert stages[-1].lands_at_m_s == expected
+    assert (
+        route(takeoff(20), waypoint(50, 20), *queue, last, dialect=PX4).stages[-1].lands_at_m_s
+        is None
+    )
+
+
 def test_a_home_moved_into_the_air_does_not_lift_the_ground() -> None:
     """The landing would be some 50 m too short, on the side that runs a battery dry."""
     here = item(179, params=(1.0, 0.0, 0.0, 0.0), frame=2)

@@ -745,8 +745,10 @@ def test_circles_are_later_than_the_speed_of_the_parameters(
 
 
 # A turn of 5 m at 1.75 m/s, 20 deg/s, takes 18 s, one of 20 m at 5 m/s, √(a r / 2), 25.1 s and one of 80 m
-# or more 10 m/s, as the model flies.
-@pytest.mark.parametrize(("radius_m", "turn_s"), [(5.0, 18.0), (20.0, 25.1), (82.0, 51.5)])
+# or more 10 m/s, as the model flies; without a radius it is CIRCLE_RADIUS, 10 m, or a turn on the spot.
+@pytest.mark.parametrize(
+    ("radius_m", "turn_s"), [(0.0, 18.0), (5.0, 18.0), (20.0, 25.1), (82.0, 51.5)]
+)
 @pytest.mark.parametrize("parameters", ["", "RTL_ALT,3000\n"])
 def test_no_circle_is_flown_faster_than_ardupilot_flies_it(
     parameters: str, radius_m: float, turn_s: float

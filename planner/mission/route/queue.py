@@ -35,14 +35,15 @@ HELD_BACK = Rule(
     why="CONDITION_DELAY, _DISTANCE and _YAW do not stop the vehicle: they hold back the DO_ items "
     "behind them while it flies on, and what is still held back when the next place is reached is "
     "never carried out.",
-    how="DO_CHANGE_SPEED, DO_SET_HOME and DO_FENCE_ENABLE behind a condition, on ArduPilot: carried out "
-    "so many seconds after the leg began, so near to its place, or after the longest turn to the "
-    "heading, as predicted: half a turn, a whole one where the item says which way round, no faster than "
-    "ATC_SLEW_YAW.  The vehicle may point there already: a fence is on at once, and so is a speed where the "
-    "flight takes longer by it.  A leg may last longer than predicted for want of airspeed (E105), that of a "
-    "step-response model without parameters as long as ArduPilot flies it: a speed counts where the flight "
-    "takes longest.  A home, or fence, that may be set before the leg is over, or not, is an error (T102).  "
-    "A warning where the leg is over before.",
+    how="DO_CHANGE_SPEED, DO_SET_HOME and DO_FENCE_ENABLE behind a condition, on ArduPilot: carried out so "
+    "many seconds after the leg began, so near to its place (the edge of a circle; of a return what it "
+    "climbs to before it sets out: at once), or after the longest turn to the heading, as predicted: half "
+    "a turn, a whole one where the item says which way round, no faster than ATC_SLEW_YAW.  The vehicle "
+    "may point there already: a fence is on at once, and so is a speed where the flight takes longer by "
+    "it.  A leg may last longer than predicted for want of airspeed (E105), that of a step-response model "
+    "without parameters as long as ArduPilot flies it: a speed counts where the flight takes longest.  A "
+    "home, or fence, that may be set before the leg is over, or not, is an error (T102).  A warning where "
+    "the leg is over before.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
 )
 

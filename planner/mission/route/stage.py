@@ -42,8 +42,8 @@ class StageKind(StrEnum):
     """Fly home by the vehicle's own rules and land there."""
 
 
-LEVEL_FIRST = frozenset({StageKind.LAND, StageKind.SET_DOWN, StageKind.CHANGE_HEIGHT})
-"""Stages that lead to their place at the present height."""
+LEVEL_FIRST = frozenset({StageKind.LAND, StageKind.SET_DOWN})
+"""Stages that lead to their place at the present height; PX4's changes of height do so, too."""
 RETURN_STAGES = frozenset({StageKind.RETURN_LEG, StageKind.RETURN})
 """Stages that lead home by the vehicle's own rules."""
 LANDED_STAGES = frozenset({StageKind.LAND, StageKind.RETURN})
@@ -66,6 +66,9 @@ class Stage(Value, kw_only=False, gc=False):
     """Commanded climb speed; ``None``: the vehicle's own. [m s⁻¹]"""
     descent_speed_m_s: float | None = None
     """Commanded descent speed, positive; ``None``: the vehicle's own. [m s⁻¹]"""
+    lands_at_m_s: float | None = None
+    """Descent speed commanded when its landing, or what leads to it, has begun; ``None``: the vehicle's own.
+    [m s⁻¹]"""
     hold_s: float = 0.0
     """Time to stay at the place; after a landing on the ground. [s]"""
     acceptance_radius_m: float | None = None

@@ -63,7 +63,11 @@ if TYPE_CHECKING:
 
 LIFTS_OFF = TAKEOFFS | {Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME}
 """What PX4 takes off to after a landing."""
-_DIVIDED = frozenset({StageKind.GO, StageKind.LOITER}) | LEVEL_FIRST | RETURN_STAGES
+_DIVIDED = (
+    frozenset({StageKind.GO, StageKind.LOITER, StageKind.CHANGE_HEIGHT})
+    | LEVEL_FIRST
+    | RETURN_STAGES
+)
 """Straight legs."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 
@@ -108,7 +112,8 @@ ITEM_NOT_MODELLED = Rule(
     "a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline straight and "
     "there is a fence, a terrain or a limit of the site; where a gripper picks up a load after the take-off "
     "and no --payload is given; where DO_SET_HOME moves home up between two places that ArduPilot flies "
-    "through; where LOITER_TURNS counts below zero on ArduPilot; at a DO_CHANGE_SPEED or a landing behind a "
+    "through; where LOITER_TURNS counts below zero on ArduPilot, which flies one without a radius as "
+    "wide as the one before; at a DO_CHANGE_SPEED or a landing behind a "
     "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within "
     "1 m of where the leg is over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
@@ -226,6 +231,8 @@ class MissionState(Position, kw_only=True, eq=False):
     is_over: bool = False
     is_behind_gate: bool = False
     """Whether a gate was the last item with a place."""
+    circle_radius_m: float = 0.0
+    """Radius of the circle before; 0: there is none. [m]"""
     moved_homes: list[HomePlace] = field(default_factory=list)
     """Set by DO_SET_HOME, still without east and north."""
     homes_deg: list[tuple[float, float]] = field(default_factory=list)
@@ -245,6 +252,8 @@ class MissionState(Position, kw_only=True, eq=False):
     """Whether one of the others is the last to have commanded a horizontal speed."""
     is_climb_late: bool = False
     """Whether one of the others is the last to have commanded a speed of climbing."""
+    is_descent_late: bool = False
+    """And of descending."""
     conditions: list[Condition] = field(default_factory=list)
     """What holds back the next items of the queue."""
     waiting: list[tuple[HeldItem, MissionItem]] = field(default_factory=list)
@@ -267,7 +276,8 @@ class MissionState(Position, kw_only=True, eq=False):
                 if self.waiting:
                     self._fly_with_queue(begun, before)
         if is_navigation(item.command):
-            self.queued, self.is_speed_late, self.is_climb_late = 0, False, False
+            self.queued = 0
+            self.is_speed_late = self.is_climb_late = self.is_descent_late = False
         elif is_queued(item.command):
             self.queued += 1
         # After a landing at the end, and a return, there is nothing to continue to.
@@ -349,6 +359,7 @@ class MissionState(Position, kw_only=True, eq=False):
                 is_speed_late=self.is_speed_late and not parts,
                 climb_speed_m_s=now.climb_speed_m_s,
                 descent_speed_m_s=now.descent_speed_m_s,
+                lands_at_m_s=self._lands_at_m_s(stage.kind, is_here=stage.is_here),
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
@@ -361,11 +372,12 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def _carry_out_held(self, one: HeldItem, item: MissionItem) -> None:
         self.number, self.place = one.item, item.place
-        level, climb = self.speed_m_s, self.climb_speed_m_s
+        level, climb, descent = self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s
         self._carry_out(item)
         # Of what no autopilot is known of, ArduPilot alone has conditions: it commands returns too.
         self.is_speed_late |= self.speed_m_s != level
         self.is_climb_late |= self.climb_speed_m_s != climb
+        self.is_descent_late |= self.descent_speed_m_s != descent
 
     def _add_part(self, whole: Stage, begin: float, end: float) -> None:
         """Add a part of a leg, flown through at the speeds commanded until then."""
@@ -424,14 +436,23 @@ class MissionState(Position, kw_only=True, eq=False):
     def _returning(self) -> Stage:
         """Return a return at the speeds set in the vehicle, or those the mission commands later.
 
-        It starts from the parameters again (``ModeRTL::init``), and descends as they say.
+        It starts from the parameters again (``ModeRTL::init``).
         """
         return replace(
             self._stage(StageKind.RETURN),
             speed_m_s=self.speed_m_s if self.is_speed_late else None,
             climb_speed_m_s=self.climb_speed_m_s if self.is_climb_late else None,
             descent_speed_m_s=None,
+            lands_at_m_s=self._lands_at_m_s(StageKind.RETURN),
         )
+
+    def _lands_at_m_s(self, kind: StageKind, *, is_here: bool = False) -> float | None:
+        """Return the descent speed commanded during a return, or a landing where the vehicle is.
+
+        A landing elsewhere starts from the parameters again when it gets there (``ModeAuto::land_start``).
+        """
+        lands = kind is StageKind.RETURN or (kind is StageKind.LAND and is_here)
+        return self.descent_speed_m_s if lands and self.is_descent_late else None
 
     def _stage(self, kind: StageKind, **more: Any) -> Stage:  # noqa: ANN401 - fields of a stage
         """Return a stage to the present height, at the speeds commanded."""
@@ -492,7 +513,10 @@ class MissionState(Position, kw_only=True, eq=False):
         self._remark_gate("how PX4 lands behind a CONDITION_GATE")
         self.move_to(item)
         self.height_m = self.ground_m()
-        self._add(self._stage(StageKind.LAND, yaw_deg=item.param4))
+        is_here = not (item.latitude_deg or item.longitude_deg)
+        lands_at_m_s = self._lands_at_m_s(StageKind.LAND, is_here=is_here)
+        stage = self._stage(StageKind.LAND, yaw_deg=item.param4)
+        self._add(replace(stage, is_here=is_here, lands_at_m_s=lands_at_m_s))
         self.is_over = True
 
     def circle(self, item: MissionItem) -> None:
@@ -515,6 +539,8 @@ class MissionState(Position, kw_only=True, eq=False):
             if (kept_turns, kept_radius) != (turns, radius):
                 self._remark_stored(item, written, f"{kept_turns:g} of {kept_radius:g} m")
             turns, radius = kept_turns, kept_radius
+        if self.dialect is not Autopilot.PX4:
+            radius = self._circle_radius_m(item, radius)
         follows = item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT
         ground_m = self._known_ground_m() if follows else None
         self._add(
@@ -528,6 +554,21 @@ class MissionState(Position, kw_only=True, eq=False):
                 follows_ground=ground_m is not None,
             )
         )
+
+    def _circle_radius_m(self, item: MissionItem, radius_m: float) -> float:
+        """Return the radius of a circle: where it has none, that of the one before.
+
+        As ArduPilot flies (``ModeAuto::circle_movetoedge_start`` leaves that of ``AC_Circle`` as it is).
+        """
+        if radius_m == 0.0 and self.circle_radius_m > 0.0:
+            before = quantity.distance(self.circle_radius_m)
+            message = (
+                f"{command_name(item.command)} has no radius: ArduPilot flies the {before} of the "
+            )
+            self.remark(ITEM_NOT_MODELLED, message + "circle before")
+            return self.circle_radius_m
+        self.circle_radius_m = abs(radius_m)
+        return radius_m
 
     @property
     def _in_air(self) -> bool:
@@ -633,6 +674,7 @@ class MissionState(Position, kw_only=True, eq=False):
             self.is_climb_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
         elif kind == 3.0:
             self.descent_speed_m_s = speed
+            self.is_descent_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
         elif kind in {0.0, 1.0}:
             self.speed_m_s = speed
             self.is_speed_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0

@@ -248,6 +248,7 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
                 place,
                 stages.place_m[land, 2],
                 parameters,
+                commanded_m_s=stages.lands_at_m_s[land],
                 wait_s=stages.hold_s[land],
             )
         )
@@ -256,7 +257,15 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
         datum_m = stages.datum_m[home]
         wait_s = stages.hold_s[home]
         manoeuvres.append(
-            landing(home * SLOTS + 3, over, ground, parameters, datum_m=datum_m, wait_s=wait_s)
+            landing(
+                home * SLOTS + 3,
+                over,
+                ground,
+                parameters,
+                commanded_m_s=stages.lands_at_m_s[home],
+                datum_m=datum_m,
+                wait_s=wait_s,
+            )
         )
     elif len(home):
         manoeuvres.append(
@@ -264,7 +273,11 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
                 home * SLOTS + 3,
                 over,
                 np.minimum(stages.end_m[home, 2], over[:, 2]),
-                np.full(len(home), parameters.descent_speed_m_s),
+                np.where(
+                    np.isnan(stages.lands_at_m_s[home]),
+                    parameters.descent_speed_m_s,
+                    stages.lands_at_m_s[home],
+                ),
                 parameters,
                 state=FlightState.DESCEND,
             )

@@ -65,6 +65,8 @@ class StageColumns(Value, eq=False):
     commanded_m_s: FloatArray
     climb_m_s: FloatArray
     descent_m_s: FloatArray
+    lands_at_m_s: FloatArray
+    """Descent speed commanded when a landing has begun; NaN: the vehicle's own. (n,) [m s⁻¹]"""
     hold_s: FloatArray
     turns: FloatArray
     radius_m: FloatArray
@@ -152,7 +154,8 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
 
 
 _NUMBERS = (
-    *("east_m", "north_m", "height_m", "speed_m_s", "climb_speed_m_s", "descent_speed_m_s"),
+    *("east_m", "north_m", "height_m"),
+    *("speed_m_s", "climb_speed_m_s", "descent_speed_m_s", "lands_at_m_s"),
     *("hold_s", "turns", "radius_m", "above_ground_m", "datum_m", "return_ceiling_m"),
     *("is_speed_late", "is_next_unseen", "is_underway", "is_here"),
 )
@@ -230,6 +233,7 @@ def stage_columns(
         commanded_m_s=commanded,
         climb_m_s=climb,
         descent_m_s=descent,
+        lands_at_m_s=numbers["lands_at_m_s"],
         hold_s=hold,
         turns=turns,
         radius_m=radius,
@@ -278,6 +282,7 @@ def return_columns(
         commanded_m_s=np.full(count, parameters.return_speed_m_s),
         climb_m_s=np.full(count, parameters.climb_speed_m_s),
         descent_m_s=np.full(count, parameters.descent_speed_m_s),
+        lands_at_m_s=np.full(count, np.nan),
         hold_s=zero,
         turns=zero,
         radius_m=zero,

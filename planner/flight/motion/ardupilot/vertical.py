@@ -120,6 +120,7 @@ def landing(
     ground_m: FloatArray,
     parameters: ArduPilotParameters,
     *,
+    commanded_m_s: FloatArray | float = np.nan,
     datum_m: FloatArray | float = 0.0,
     wait_s: FloatArray | float = 0.0,
 ) -> Manoeuvres:
@@ -127,24 +128,24 @@ def landing(
 
     Notes
     -----
-    ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, or WP_SPD_DN; slower along the square
-    root of the height above LAND_ALT_LOW; never slower than LAND_SPD.  That height is above the ground,
-    above home (``datum_m``) where there is neither a rangefinder nor terrain data
-    (``Mode::get_alt_above_ground_cm``: "Assume the Earth is flat"); TERRAIN_ENABLE gives none by itself, and
-    the longer landing counts.  Then 1.6 s until the landing is
-    detected and MOT_SPOOL_TIME until the motors stand still.
+    ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, else by ``commanded_m_s``, or WP_SPD_DN
+    where that is NaN; slower along the square root of the height above LAND_ALT_LOW; never slower than
+    LAND_SPD.  That height is above the ground, above home (``datum_m``) where there is neither a rangefinder
+    nor terrain data (``Mode::get_alt_above_ground_cm``: "Assume the Earth is flat"); TERRAIN_ENABLE gives
+    none by itself, and the longer landing counts.  Then 1.6 s until the landing is detected and
+    MOT_SPOOL_TIME until the motors stand still.
     """
     slow = parameters.land_speed_m_s
+    high = np.full(len(key), parameters.land_high_speed_m_s)
+    if parameters.land_high_speed_m_s == parameters.descent_speed_m_s:
+        high = np.where(np.isnan(commanded_m_s), high, commanded_m_s)
     ground_m = np.minimum(ground_m, start_m[:, 2])  # on higher ground it stands already
     height = start_m[:, 2] - ground_m
     level_m = ground_m if parameters.rangefinder_type else np.maximum(ground_m, datum_m)
     slow_m = level_m + max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M)
     above = np.maximum(start_m[:, 2] - slow_m, 0.0)
     durations, ways, speeds = _approach(
-        above,
-        np.full(len(key), max(parameters.land_high_speed_m_s, slow)),
-        slow,
-        parameters.vertical_acceleration_m_s2,
+        above, np.maximum(high, slow), slow, parameters.vertical_acceleration_m_s2
     )
     ways = tuple(np.minimum(way, height) for way in ways)
     none = np.zeros(len(key))
