@@ -30,6 +30,8 @@ class FenceSchedule(Value, eq=False):
     limits: BoolArray
     """The limits around home: as parameters and mission have it."""
     floor: BoolArray
+    floor_by_mission: BoolArray
+    """Of these the floor that the mission has switched on, which stays on for landings."""
 
 
 def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSchedule:
@@ -40,24 +42,25 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
     ``AP_Mission::start_command_fence``; after a take-off of the mission FENCE_AUTOENABLE 1 and 2 switch
     it on again (``auto_enable_fence_after_takeoff``).  What FENCE_AUTOENABLE switches off for a landing
     is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
-    for they were drawn to be kept; that they are off is F111.
+    for they were drawn to be kept; that they are off is F111.  From 4.6
+    on ``AC_Fence::get_auto_disable_fences`` leaves a floor on for landings that was switched on by hand,
+    before that any that FENCE_AUTOENABLE does not switch off.
     """
     is_on = not is_of_ardupilot(parameters) or fence_is_on(parameters)
     again = is_of_ardupilot(parameters) and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
     count = len(route.stages)
-    areas, limits, floor = (np.full(count, on) for on in (True, is_on, is_on))
-    events: list[tuple[int, FenceAction]] = [
-        (one.first_stage, one.action) for one in route.fence_switches
-    ]
+    areas, limits, floor, by_mission = (np.full(count, on) for on in (True, is_on, is_on, False))
+    events = [(one.first_stage, one.action, True) for one in route.fence_switches]
     if again and events:
         # It is on when the take-off is complete, before the items behind it are carried out.
-        events[:0] = [(row + 1, FenceAction.ON) for row in route.rows_of(StageKind.TAKEOFF)]
+        events[:0] = [(row + 1, FenceAction.ON, False) for row in route.rows_of(StageKind.TAKEOFF)]
         events.sort(key=lambda event: event[0])
-    for first, action in events:
+    for first, action, is_of_mission in events:
         floor[first:] = action is FenceAction.ON
+        by_mission[first:] = floor[first:] & is_of_mission
         if action is not FenceAction.FLOOR_OFF:
             areas[first:] = limits[first:] = action is FenceAction.ON
-    return FenceSchedule(areas=areas, limits=limits, floor=floor)
+    return FenceSchedule(areas=areas, limits=limits, floor=floor, floor_by_mission=by_mission)
 
 
 def return_ceilings_m(

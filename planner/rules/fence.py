@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from planner.flight.fence_schedule import fence_schedule
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
-from planner.mission.route.stage import RETURN_STAGES, FenceAction, StageKind
+from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, FenceAction, StageKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, FENCE, NotEvaluated, judges
 from planner.rules.energy import destination_name
@@ -65,6 +66,12 @@ _LINES_COMPARED = 100
 _OA_MARGIN_M = 5.0
 """Default of OA_MARGIN_MAX. [m]"""
 
+_LANDS_ALL_THE_SAME = frozenset({0, 2})
+"""Values of FENCE_ACTION: report only, and land."""
+_RETURNS = frozenset({1, 3, 5})
+"""And return by RTL or SmartRTL, or land where it cannot: at home it lands then."""
+_AT_HOME_M = 5.0
+"""A landing so near to home is one at home to a return: it does not climb. [m]"""
 _HOME_FRAMES = frozenset({1.0, 2.0})
 """FENCE_ALT_MAX_TP and FENCE_ALT_MIN_TP of heights above home, and above the origin, which is there."""
 FENCE_HEIGHT = Rule(
@@ -77,7 +84,9 @@ FENCE_HEIGHT = Rule(
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
     "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it, but over the hills of --terrain "
     "where RTL_ALT_TYPE has them follow it); the lowest place between "
-    "take-off and landing against FENCE_ALT_MIN (bit 8).  An error from 0.5 m below a ceiling on, the "
+    "take-off and landing against FENCE_ALT_MIN (bit 8), and landings where DO_FENCE_ENABLE 1 has switched "
+    "the floor on, which ArduPilot then leaves on (FENCE_ACTION 0 and 2 land, those that return land at "
+    "home).  An error from 0.5 m below a ceiling on, the "
     "vertical accuracy that makers state, a warning from 2 m on, the default of ArduPilot's FENCE_MARGIN: "
     "PX4 was recorded up to 1.6 m above commanded heights.  Not checked (X904) where FENCE_ALT_MAX_TP or "
     "FENCE_ALT_MIN_TP has a limit that is used count from sea level (0) or the ground (3).",
@@ -136,6 +145,33 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
             severity=severity,
             item=stages[flown.stage[first]].item,
             fix="fly higher, or lower the limit",
+        )
+
+
+@judges(FENCE_HEIGHT, needs=(ARDUPILOT,))
+def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield landings that a floor ends which the mission has switched on: ArduPilot leaves it on for them."""
+    floor_m, action = limits_in_use(a.route, parameters).floor_m, parameters.fence_action
+    if floor_m is None or action in _LANDS_ALL_THE_SAME:
+        return
+    by_mission = fence_schedule(a.route, parameters).floor_by_mission
+    places = a.returns.destinations
+    for row in a.route.rows_of(*LANDED_STAGES):
+        stage, home = a.route.stages[row], int(places.home_of(np.array([row]))[0])
+        height_m = stage.height_m - float(places.home_datum_m[home])
+        if stage.kind is StageKind.RETURN:
+            height_m += parameters.return_final_altitude_m
+        from_home_m = math.dist((stage.east_m, stage.north_m), places.home_ground_m[home, :2])
+        is_home = stage.kind is StageKind.RETURN or from_home_m < _AT_HOME_M
+        if not by_mission[row] or height_m > floor_m or (is_home and action in _RETURNS):
+            continue
+        does = "flies home" if action in _RETURNS else "stops and hovers"
+        yield a.finding(
+            FENCE_HEIGHT,
+            f"lands {quantity.height(height_m)} above home, FENCE_ALT_MIN is {quantity.height(floor_m)}: "
+            f"ArduPilot leaves on a floor that DO_FENCE_ENABLE has switched on, and {does} there",
+            item=stage.item,
+            fix="switch the floor off before the landing: DO_FENCE_ENABLE 2",
         )
 
 

@@ -50,6 +50,59 @@ def test_a_fence_switched_on_outside_is_left_at_once() -> None:
     assert told["F101"].item == 4
 
 
+# Flown in ArduPilot's SITL, with a floor of 3 m: switched on by the mission it ends the landing at 3 m, with
+# FENCE_ACTION 4 in a hover until the battery is empty, with 1 on the way home, where it lands at last; with 2
+# it lands.  Switched on by parameters it is off for landings.
+AWAY, AT_HOME = LANDS, at(0, 4, 0.0, command=21)
+
+
+@pytest.mark.parametrize(
+    ("action", "switches", "last", "is_ended"),
+    [
+        (4, (ON,), rtl(), True),
+        (4, (ON,), AWAY, True),
+        (4, (), rtl(), False),
+        (4, (ON, FLOOR_OFF), rtl(), False),
+        (4, (ON, OFF), AWAY, False),
+        (1, (ON,), AWAY, True),
+        (1, (ON,), rtl(), False),
+        (1, (ON,), AT_HOME, False),
+        (2, (ON,), AWAY, False),
+        (0, (ON,), AWAY, False),
+    ],
+)
+@pytest.mark.parametrize("enabled", [0, 1])
+def test_a_floor_that_the_mission_switches_on_ends_landings_below_it(
+    enabled: int,
+    action: int,
+    switches: tuple[MissionItem, ...],
+    last: MissionItem,
+    *,
+    is_ended: bool,
+) -> None:
+    floor = f"FENCE_ENABLE,{enabled}\nFENCE_TYPE,8\nFENCE_ALT_MIN,3\nFENCE_ACTION,{action}\n"
+    legs = (takeoff(20), at(0, 30), *switches, at(0, 60), last)
+    told = ARDUPILOT(legs, parameters=floor)
+    assert ("F110" in told) == is_ended
+    if is_ended:
+        assert told["F110"].item == len(legs)
+        assert told["F110"].severity is Severity.ERROR
+
+
+def test_a_floor_below_the_ground_ends_no_landing() -> None:
+    floor = "FENCE_ENABLE,1\nFENCE_TYPE,8\nFENCE_ALT_MIN,{}\nFENCE_ACTION,4\n"
+    for height_m, is_ended in ((0.0, True), (-0.5, False)):
+        told = ARDUPILOT((takeoff(20), ON, at(0, 60), AWAY), parameters=floor.format(height_m))
+        assert ("F110" in told) == is_ended
+
+
+def test_a_floor_that_a_take_off_switches_on_again_is_off_for_landings() -> None:
+    floor = "FENCE_ENABLE,0\nFENCE_TYPE,8\nFENCE_ALT_MIN,3\nFENCE_ACTION,4\nFENCE_AUTOENABLE,{}\n"
+    for automatic, is_ended in ((0, True), (1, False), (3, True)):
+        told = ARDUPILOT((ON, takeoff(20), at(0, 60), rtl()), parameters=floor.format(automatic))
+        assert ("F110" in told) == is_ended
+
+
 # Half a turn at 60 °/s lets it off 3 s into a leg at 10 m/s, 30 m of 130 m to the circle; at 5 °/s after
 # 36 s, 360 m: outside.  A whole turn at 20 °/s takes 18 s, half of one 9 s, 90 m.
 @pytest.mark.parametrize(
