@@ -76,18 +76,20 @@ def pauses_s(moves: Moves, direction: FloatArray) -> FloatArray:
     return np.where(flies, _turn_times_s(before, wanted, parameters).mean(axis=0), 0.0)
 
 
-def yaw_waits_s(legs: Px4Legs) -> FloatArray:
+def yaw_waits_s(moves: Moves, legs: Px4Legs) -> FloatArray:
     """Return how long after their arrival waypoints still wait for a heading. (n,) [s]
 
     That asked for there, and before a landing that of the landing.  Where a heading is not known, the mean
     of all turns; but half a turn to that of home: vehicles are set down looking where they are to fly, and
     come home looking back.
     """
-    waits, landing = (of_each.mean(axis=0) for of_each in _waits_s(legs))
+    waits, landing = (of_each.mean(axis=0) for of_each in _waits_s(moves, legs))
     return np.asarray(waits + np.append(landing[1:], 0.0))
 
 
-def _waits_s(legs: Px4Legs, *, turns_about: bool = True) -> tuple[FloatArray, FloatArray]:
+def _waits_s(
+    moves: Moves, legs: Px4Legs, *, turns_about: bool = True
+) -> tuple[FloatArray, FloatArray]:
     """Return the waits for the headings that moves ask for, after waypoints and before landings. [s]
 
     The heading turns while the vehicle flies to a waypoint, and is waited for unless MIS_YAW_TMT is above
@@ -95,14 +97,13 @@ def _waits_s(legs: Px4Legs, *, turns_about: bool = True) -> tuple[FloatArray, Fl
     MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).  Both are (k, n),
     a row for each turn that is equally likely.
     """
-    parameters = legs.parameters
-    moves = legs.planned
+    parameters = moves.parameters
     asked = ~np.isnan(moves.yaw_rad)
     flown = asked & ~moves.is_landing & (not parameters.yaw_timeout_s > 0.0)
     landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == _TURNS_FIRST)
     if not (flown.any() or landed.any()):
         return np.zeros((1, len(asked))), np.zeros((1, len(asked)))
-    before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
+    before = headings_rad(moves, legs.planned.direction, parameters.yaw_mode)[:-1]
     about = moves.is_return & turns_about
     needed = _turn_times_s(before, moves.yaw_rad, parameters, about=about)
     left_s = _flight_times_s(legs)
@@ -140,22 +141,21 @@ def _turn_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
     return np.where(known, (turn + np.pi) % (2.0 * np.pi) - np.pi, np.pi)
 
 
-def waits_unknown(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
+def waits_unknown(moves: Moves, legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     """Return the waits for headings that are as far away as nobody knows. (k, n), (n,) [s]
 
     A row for each turn that is equally likely, from the least to the greatest; and what is taken for them.
     """
-    parameters = legs.parameters
-    moves = legs.planned
-    before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
+    parameters = moves.parameters
+    before = headings_rad(moves, legs.planned.direction, parameters.yaw_mode)[:-1]
     known = (np.isfinite(before) & np.isfinite(moves.yaw_rad)) | (before == moves.yaw_rad)
     begun = np.where(
-        moves.is_leg & ~np.isfinite(before) & (moves.pause_s > 0.0),
+        legs.planned.is_leg & ~np.isfinite(before) & (legs.planned.pause_s > 0.0),
         yaw_time_s(_ANY_TURN_RAD, parameters),
         0.0,
     )
     any_turn, taken = (
-        np.where(known, 0.0, sum(_waits_s(legs, turns_about=about))) + begun
+        np.where(known, 0.0, sum(_waits_s(moves, legs, turns_about=about))) + begun
         for about in (False, True)
     )
     return any_turn, taken.mean(axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ from planner.flight.motion.px4.braking import (
 from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, directions
 from planner.flight.motion.px4.straights import limits_along, make_rises
 from planner.flight.motion.px4.turns import ALIGNED_COS, PEAK_OVER_MEAN, Turns, corner_turns
-from planner.values import Value, replace
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
@@ -51,27 +52,26 @@ def leg_entries(begun: LegStarts) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
     parameters = begun.parameters
     turns, part = corner_turns(begun), begun.planned
-    idle = part.is_wait | part.is_takeoff | ~part.is_leg
-    pausing = part.pause_s > 0.0
-    still = idle | pausing
-    if not still.any():
-        return turns
-    braking_s = ramp_time_s(
-        horizontal(begun.velocity_m_s), parameters.acceleration_m_s2, parameters.jerk_m_s3
-    )
-    stopped = begun.place_m + 0.5 * braking_s[:, None] * begun.velocity_m_s * (1.0, 1.0, 0.0)
-    end = np.where(pausing[:, None], stopped, turns.end_m)
-    duration = np.where(pausing, np.maximum(part.pause_s, braking_s), turns.duration_s)
-    return Turns(
-        duration_s=np.where(idle, 0.0, duration),
-        end_m=np.where(idle[:, None], begun.place_m, end),
-        speed_m_s=np.where(still, 0.0, turns.speed_m_s),
-        acceleration_m_s2=np.where(still, 0.0, turns.acceleration_m_s2),
-    )
+    idle, pausing = part.is_takeoff | ~part.is_leg, part.pause_s > 0.0
+    still = np.flatnonzero(idle | pausing)
+    if len(still):
+        place, velocity = begun.place_m[still], begun.velocity_m_s[still]
+        braking_s = ramp_time_s(
+            horizontal(velocity), parameters.acceleration_m_s2, parameters.jerk_m_s3
+        )
+        braking_s = np.where(idle[still], 0.0, braking_s)
+        stopped = place + 0.5 * braking_s[:, None] * velocity * (1.0, 1.0, 0.0)
+        turns.end_m[still] = np.where(idle[still, None], place, stopped)
+        waited_s = np.where(idle[still], 0.0, part.pause_s[still])
+        turns.duration_s[still] = np.maximum(waited_s, braking_s)
+        turns.speed_m_s[still] = turns.acceleration_m_s2[still] = 0.0
+    return turns
 
 
-def slowed_turns(begun: LegStarts, turns: Turns) -> tuple[Turns, FloatArray]:
-    """Return turns onto legs too steep for the speed they are begun with, and the vertical speeds reached.
+def slow_turns(begun: LegStarts, turns: Turns) -> FloatArray:
+    """Overwrite turns onto legs too steep for the speed they are begun with.
+
+    Return the vertical speeds reached in them.
 
     Without a turn, the horizontal speed falls to what the vertical limit leaves, or to that of the leg,
     while the vertical one comes to what goes with it, both in the time of the slower; or to less, where
@@ -97,7 +97,7 @@ def slowed_turns(begun: LegStarts, turns: Turns) -> tuple[Turns, FloatArray]:
     upright_m_s = np.zeros_like(height)
     rows = np.flatnonzero(slows)
     if not len(rows):
-        return turns, upright_m_s
+        return upright_m_s
     level, height, upward = level[rows], height[rows], upward[rows]
     limit, vertical, velocity = limit[rows], vertical[rows], velocity[rows]
     first_m_s, climbing = turns.speed_m_s[rows], np.minimum(upward * velocity[:, 2], limit)
@@ -121,12 +121,11 @@ def slowed_turns(begun: LegStarts, turns: Turns) -> tuple[Turns, FloatArray]:
     along = velocity / np.where(speed > 0.0, speed, 1.0)[:, None]
     end = place[rows] + along * (0.5 * (first_m_s + after) * time)[:, None]
     end[:, 2] = place[rows, 2] + upward * 0.5 * (climbing + reached) * time
-    slowed = turns.select(np.arange(len(slows)))
-    slowed.put(
+    turns.put(
         rows,
         Turns(duration_s=time, end_m=end, speed_m_s=after, acceleration_m_s2=np.zeros_like(time)),
     )
-    return slowed, upright_m_s
+    return upright_m_s
 
 
 def _reached_m_s(
@@ -159,7 +158,7 @@ def _reached_m_s(
     return np.asarray(most)
 
 
-def joined_turns(
+def join_turns(
     begun: LegStarts,
     turns: Turns,
     slowed: BoolArray,
@@ -167,8 +166,8 @@ def joined_turns(
     fraction: float = 1.0,
     reached_m_s: FloatArray | None = None,
     rounds: int = _GROWTH_ROUNDS,
-) -> Turns:
-    """Return turns by which legs that need none are joined: nothing changes its velocity at once.
+) -> None:
+    """Overwrite turns by which legs that need none are joined: nothing changes its velocity at once.
 
     What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
     limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
@@ -186,8 +185,7 @@ def joined_turns(
     level, upright = horizontal(direction), np.abs(direction[:, 2])
     shallow = level >= upright
     projected = np.maximum(dot(velocity, direction), 0.0)
-    speed = np.where(shallow, level_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected)
-    speed *= fraction
+    speed = fraction * np.where(shallow, level_m_s / np.where(level > 0.0, level, 1.0), projected)
     aside = velocity - direction * speed[:, None]
     _, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     acceleration, jerk = parameters.acceleration_m_s2, parameters.jerk_m_s3
@@ -202,59 +200,58 @@ def joined_turns(
     straight = (turns.duration_s == 0.0) | (
         (turns.duration_s < time) & (projected > _NEARLY_STRAIGHT * lengths(velocity))
     )
+    straight &= (time > _SHORTEST_JOIN_S) & (length > 0.0)
     joins = part.is_leg & ~part.is_takeoff & straight & ~slowed & (part.pause_s == 0.0)
-    joins &= (time > _SHORTEST_JOIN_S) & (length > 0.0)
     if not joins.any():
-        return turns
+        return
     along_m, after, gained_m_s2 = speed * time, speed.copy(), np.zeros_like(speed)
     rows = np.flatnonzero(joins & shallow & (fraction == 1.0))
     if len(rows):
         # A turn holds the whole speed, of which only a part leads along the leg as it begins.
-        turned_m_s = quotient(horizontal(velocity), level)
-        held_m_s = np.where(turns.duration_s > 0.0, np.maximum(speed, turned_m_s), speed)
+        turned_m_s = quotient(horizontal(velocity), level) * (turns.duration_s > 0.0)
         along_m[rows], after[rows], gained_m_s2[rows] = _headway(
             begun.select(rows),
             (direction * length[:, None])[rows],
             speed_m_s=speed[rows],
             time_s=time[rows],
-            held_m_s=held_m_s[rows],
+            held_m_s=np.maximum(speed, turned_m_s)[rows],
             held_s=np.minimum(turns.duration_s, time)[rows],
             is_paced=(lift_s > level_s)[rows],
         )
     end = place + direction * along_m[:, None] + 0.5 * aside * time[:, None]
-    backward = -dot(velocity, direction)
-    reverses = joins & ~shallow & (backward > _MOSTLY * lengths(velocity))
-    back_m, back_s = turning_back(np.where(reverses, backward, 0.0), vertical, jerk)
-    end = np.where(reverses[:, None], place - direction * back_m[:, None], end)
-    time = np.where(reverses, back_s, time)
-    turned_m_s2 = np.minimum(vertical, np.sqrt(2.0 * jerk * np.where(reverses, backward, 0.0)))
     # A height that changes its way leaves the speed along the leg as it is.
     lifts = shallow & (lift_s > level_s)
     longest = np.where(lifts | (fraction < 1.0), _LONGEST_SLOW_JOIN, _LONGEST_JOIN)
-    ahead_m = np.where(reverses, dot(end - place, direction), along_m)
-    kept_m = np.where(reverses, ahead_m, speed * time)
-    fits = (kept_m < longest * length) & (ahead_m < _LONGEST_SLOW_JOIN * length)
-    short, joins = np.flatnonzero(joins & ~fits), joins & fits
-    joined = Turns(
-        duration_s=np.where(joins, time, turns.duration_s),
-        end_m=np.where(joins[:, None], end, turns.end_m),
-        speed_m_s=np.where(joins & shallow, after * level, turns.speed_m_s),
-        acceleration_m_s2=np.select(
-            [joins & shallow, joins & reverses],
-            [gained_m_s2 * level, turned_m_s2],
-            turns.acceleration_m_s2,
-        ),
-    )
+    fits = (speed * time < longest * length) & (along_m < _LONGEST_SLOW_JOIN * length)
+    left_m_s2 = np.where(shallow, gained_m_s2 * level, turns.acceleration_m_s2)
+    backward = -dot(velocity, direction)
+    back = np.flatnonzero(joins & ~shallow & (backward > _MOSTLY * lengths(velocity)))
+    if len(back):
+        back_m, time[back] = turning_back(backward[back], vertical[back], jerk)
+        end[back] = place[back] - direction[back] * back_m[:, None]
+        left_m_s2[back] = np.minimum(vertical[back], np.sqrt(2.0 * jerk * backward[back]))
+        fits[back] = True
+    left_m_s = np.where(shallow, after * level, turns.speed_m_s)
     # A climb that grows with the speed along the leg takes the longer to change.
-    growing = np.flatnonzero(joins & lifts & sight.counts & (after > speed))
-    if rounds and len(growing) and fraction == 1.0:
-        some = begun.select(growing), turns.select(growing), slowed[growing]
-        reached_m_s = (after * level)[growing]
-        joined.put(growing, joined_turns(*some, reached_m_s=reached_m_s, rounds=rounds - 1))
-    if len(short) and fraction > _LEAST_FRACTION:
-        some = begun.select(short), turns.select(short), slowed[short]
-        joined.put(short, joined_turns(*some, fraction=0.5 * fraction))
-    return joined
+    grows = fits & lifts & sight.counts & (after > speed) & (rounds > 0) & (fraction == 1.0)
+    rows = np.flatnonzero(joins & fits & ~grows)
+    joined = Turns(
+        duration_s=time[rows],
+        end_m=end[rows],
+        speed_m_s=left_m_s[rows],
+        acceleration_m_s2=left_m_s2[rows],
+    )
+    turns.put(rows, joined)
+    growing, short = (
+        np.flatnonzero(joins & some) for some in (grows, ~fits & (fraction > _LEAST_FRACTION))
+    )
+    faster = partial(join_turns, reached_m_s=left_m_s[growing], rounds=rounds - 1)
+    slower = partial(join_turns, fraction=0.5 * fraction)
+    for rows, join in ((growing, faster), (short, slower)):
+        if len(rows):
+            again = turns.select(rows)
+            join(begun.select(rows), again, slowed[rows])
+            turns.put(rows, again)
 
 
 def _headway(
@@ -398,66 +395,61 @@ class _Sight(Value, eq=False):
         )
 
 
-def eased_turns(begun: LegStarts, turns: Turns, slowed: BoolArray) -> Turns:
-    """Return turns by which legs that go straight on take back the deceleration they are begun with.
+def ease_turns(begun: LegStarts, turns: Turns, slowed: BoolArray) -> None:
+    """Overwrite turns by which legs that go straight on take back the deceleration they are begun with.
 
     The waypoint counts as reached while the vehicle brakes for it: a waypoint after it at once allows
     more, but the deceleration falls at limited jerk, and the speed with it until it has gone.
     """
-    parameters = begun.parameters
     part, velocity = begun.planned, begun.velocity_m_s
-    speed, jerk = lengths(velocity), parameters.jerk_m_s3
+    speed, jerk = lengths(velocity), begun.parameters.jerk_m_s3
     direction, _ = directions(part.ends_m - begun.place_m)
-    along = dot(velocity, direction)
     eases = part.is_leg & ~part.is_takeoff & ~slowed & (part.pause_s == 0.0)
-    eases &= (turns.duration_s == 0.0) & (along > ALIGNED_COS * speed)
-    slowing = np.where(eases, begun.slowing_m_s2, 0.0)
-    slowing = np.minimum(slowing, np.sqrt(2.0 * jerk * speed))
-    time = slowing / jerk
-    eases &= time > _SHORTEST_EASE_S
-    if not eases.any():
-        return turns
-    way = time * (speed - jerk * time**2 / 3.0)
-    after = speed - 0.5 * jerk * time**2
-    heading = quotient(velocity, speed[:, None])
-    level = horizontal(heading)
-    return Turns(
-        duration_s=np.where(eases, time, turns.duration_s),
-        end_m=np.where(eases[:, None], begun.place_m + heading * way[:, None], turns.end_m),
-        speed_m_s=np.where(eases, after * level, turns.speed_m_s),
-        acceleration_m_s2=np.where(eases, 0.0, turns.acceleration_m_s2),
+    eases &= (turns.duration_s == 0.0) & (dot(velocity, direction) > ALIGNED_COS * speed)
+    time = np.minimum(begun.slowing_m_s2, np.sqrt(2.0 * jerk * speed)) / jerk
+    rows = np.flatnonzero(eases & (time > _SHORTEST_EASE_S))
+    if not len(rows):
+        return
+    time, speed = time[rows], speed[rows]
+    way, after = time * (speed - jerk * time**2 / 3.0), speed - 0.5 * jerk * time**2
+    heading = velocity[rows] / speed[:, None]
+    eased = Turns(
+        duration_s=time,
+        end_m=begun.place_m[rows] + heading * way[:, None],
+        speed_m_s=after * horizontal(heading),
+        acceleration_m_s2=np.zeros_like(time),
     )
+    turns.put(rows, eased)
 
 
-def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray) -> tuple[Turns, FloatArray]:
-    """Return turns that lead no further than the end of their leg, and ends not before their turn.
+def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray) -> None:
+    """Let turns lead no further than the end of their leg, and no leg end before its turn.
 
     A turn cut to next to nothing still takes the time to bring the vehicle across to its end, and to
     turn its velocity into the leg.
     """
     parameters = begun.parameters
-    part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
+    part, place = begun.planned, begun.place_m
     goal = dot(ends_m - place, part.direction)
     turned = dot(turns.end_m - place, part.direction)
     flies = part.is_leg & ~part.is_takeoff
-    passed = flies & (goal <= 0.0)
-    beyond = flies & ~passed & (turned > goal)
-    fraction = np.where(passed, 0.0, np.where(beyond, goal / np.where(beyond, turned, 1.0), 1.0))
-    end = np.where(beyond[:, None], ends_m, turns.end_m)
-    end = np.where(passed[:, None], place, end)
-    across = np.abs(end - place)
+    passed = np.flatnonzero(flies & (goal <= 0.0))
+    turns.duration_s[passed] = 0.0
+    turns.end_m[passed] = ends_m[passed] = place[passed]
+    rows = np.flatnonzero(flies & (goal > 0.0) & (turned > goal))
+    if not len(rows):
+        return
+    turns.end_m[rows] = ends_m[rows]
+    across = np.abs(ends_m - place)[rows]
     slowest = min(parameters.climb_speed_m_s, parameters.descent_speed_m_s)
     least_s = PEAK_OVER_MEAN * np.maximum(
-        horizontal(across) / part.speed_m_s, across[:, 2] / slowest
+        horizontal(across) / part.speed_m_s[rows], across[:, 2] / slowest
     )
-    along = np.maximum(dot(velocity, part.direction), 0.0)
-    turned_m_s = np.abs(velocity - part.direction * along[:, None])
+    velocity, direction = begun.velocity_m_s[rows], part.direction[rows]
+    along = np.maximum(dot(velocity, direction), 0.0)
+    turned_m_s = np.abs(velocity - direction * along[:, None])
     vertical = min(parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
     accelerations = np.array([parameters.acceleration_m_s2] * 2 + [vertical])
     least_s = np.maximum(least_s, greatest(turned_m_s / accelerations))
-    duration_s = turns.duration_s * fraction
-    duration_s = np.where(beyond, np.maximum(duration_s, least_s), duration_s)
-    return (
-        replace(turns, duration_s=duration_s, end_m=end),
-        np.where(passed[:, None], place, ends_m),
-    )
+    cut_s = turns.duration_s[rows] * goal[rows] / turned[rows]
+    turns.duration_s[rows] = np.maximum(cut_s, least_s)

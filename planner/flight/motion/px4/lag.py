@@ -198,15 +198,15 @@ class TrackingLag(Value):
             error[:, comes_back] = np.sqrt(size_squared[:, comes_back]) / stiffness
         return error
 
-    def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray | float, FloatArray | float]:
         """Return what the tilt leaves of speeds, and the integral builds up of their drag. (n,), (n,) [-]
 
-        1 each where MPC_TILTMAX_AIR allows the speed.
+        1 where MPC_TILTMAX_AIR allows the speed.
         """
         p, drag_m_s2 = self.parameters, self.drag_per_s * speed_m_s
         most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
         if not (drag_m_s2 > most_m_s2).any():
-            return np.ones_like(speed_m_s), np.ones_like(speed_m_s)
+            return 1.0, 1.0
         tilted = np.minimum(1.0, quotient(most_m_s2, drag_m_s2, 1.0))
         asked = speed_m_s + (1.0 - tilted) * p.position_gain_per_s * p.position_error_max_m
         error_m_s = np.minimum(asked, max(p.speed_max_m_s, 0.0)) - tilted * speed_m_s
@@ -228,13 +228,15 @@ class TrackingLag(Value):
         along = quotient(1.0, speed, above=_STILL_M_S) * velocity
         waiting = self._waiting_per_s2(speed)
         comes_back = np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]])
-        scale, built, settled = tilted, drag, tilted
+        tilts, scale = isinstance(tilted, np.ndarray), np.minimum(np.ones_like(speed), tilted)
+        built, settled = drag, scale
         for _ in range(rounds):
             # Of a vehicle that flies the velocities of its trajectory at its scale.
             sought = np.diff(_at_ends(scale) * edges, axis=1)
             sought *= asked_per_s * scale
             sought -= given_m_s2
-            sought *= tilted >= 1.0
+            if tilts:
+                sought *= tilted >= 1.0
             sought += drag * np.minimum(scale, most_of_drag)
             flown = constants / scale
             settled = -np.expm1(-flown)

@@ -102,8 +102,10 @@ class DescentProfile(Value):
         return np.clip(speed, self.slow_m_s, self.fast_m_s)
 
 
-def add_landings(pieces: Px4Pieces, legs: Px4Legs, *, lands: BoolArray) -> None:
-    """Add the pieces of moves that are landings.
+def add_landings(
+    pieces: Px4Pieces, legs: Px4Legs, *, lands: BoolArray, is_return: BoolArray
+) -> None:
+    """Add the pieces of moves that are landings, of missions or of returns.
 
     Below home they are slow from where they would be over it: without a range sensor, of which no parameter
     tells, the ground is taken to be there (``FlightTaskAuto``: ``_dist_to_ground``).  A mission's landing
@@ -125,7 +127,7 @@ def add_landings(pieces: Px4Pieces, legs: Px4Legs, *, lands: BoolArray) -> None:
     lower_m = np.maximum(-landing.planned.target_m[:, 2], 0.0)
     descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters, lower_m)
     descents.add_to(pieces, move)
-    disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
+    disarm_s = np.where(is_return[move], max(parameters.disarm_delay_s, 0.0), 0.0)
     grounded_s = LANDED_AFTER_S + disarm_s + landing.planned.hold_s
     order = len(descents.parts)
     pieces.add_lines(Places(move, order, RAMP, grounded_s, is_grounded=True), descents.touched_m())
@@ -413,16 +415,10 @@ hover. [-]"""
 class Takeoffs(Columns, eq=False):
     """Take-offs as columns of length k."""
 
-    ground_m: FloatArray
-    """Where each begins. (k, 3) [m]"""
-    grounded_s: FloatArray
-    """Time on the ground: spool-up and ramp."""
     speed_m_s: FloatArray
     """Climb speed near the ground."""
     rise_s: FloatArray
     """Time in which the climb reaches it, at constant acceleration."""
-    steady_s: FloatArray
-    """Time at it."""
     place_m: FloatArray
     """Where the climb becomes a leg. (k, 3) [m]"""
     is_free: BoolArray
@@ -481,16 +477,7 @@ def make_takeoffs(
     speed = np.sqrt(2.0 * rising * risen)
     place = ground_m.copy()
     place[:, 2] += upper
-    grounded_s = parameters.spool_up_s + parameters.takeoff_ramp_s + LIFT_OFF_AFTER_S
-    return Takeoffs(
-        ground_m=ground_m,
-        grounded_s=np.full_like(height, grounded_s),
-        speed_m_s=speed,
-        rise_s=speed / rising,
-        steady_s=quotient(upper - risen, speed),
-        place_m=place,
-        is_free=is_free,
-    )
+    return Takeoffs(speed_m_s=speed, rise_s=speed / rising, place_m=place, is_free=is_free)
 
 
 def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
@@ -505,18 +492,20 @@ def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
     if not len(move):
         return
     takeoffs, up = legs.planned.takeoffs.select(move), np.array([0.0, 0.0, 1.0])
-    idle_s = parameters.spool_up_s + IDLE_FRACTION * parameters.takeoff_ramp_s
+    ground_m, speed_m_s = legs.planned.begins_m[move], takeoffs.speed_m_s
+    risen_m = 0.5 * speed_m_s * takeoffs.rise_s
+    steady_m = takeoffs.place_m[:, 2] - ground_m[:, 2] - risen_m
+    ramp_s = parameters.takeoff_ramp_s
     duration, height, speed, acceleration = np.zeros((4, _TAKEOFF_PHASES, len(move)))
-    duration[0], duration[1:] = (
-        idle_s,
-        (takeoffs.grounded_s - idle_s, takeoffs.rise_s, takeoffs.steady_s),
-    )
-    height[3], speed[3] = 0.5 * takeoffs.speed_m_s * takeoffs.rise_s, takeoffs.speed_m_s
-    acceleration[2] = quotient(takeoffs.speed_m_s, takeoffs.rise_s)
+    duration[0] = parameters.spool_up_s + IDLE_FRACTION * ramp_s
+    duration[1] = (1.0 - IDLE_FRACTION) * ramp_s + LIFT_OFF_AFTER_S
+    duration[2], duration[3] = takeoffs.rise_s, quotient(steady_m, speed_m_s)
+    height[3], speed[3] = risen_m, speed_m_s
+    acceleration[2] = quotient(speed_m_s, takeoffs.rise_s)
     order, row = np.divmod(np.arange(duration.size), len(move))
     pieces.add_lines(
         Places(move[row], order, RAMP, duration.ravel(), is_grounded=order == 0),
-        takeoffs.ground_m[row] + height.ravel()[:, None] * up,
+        ground_m[row] + height.ravel()[:, None] * up,
         up,
         speed.ravel(),
         acceleration.ravel(),

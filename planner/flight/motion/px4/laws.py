@@ -53,9 +53,9 @@ class Brakes(Columns, eq=False):
     """Seconds of the law per second of flight: PX4 slows time down. (rows,) [-]"""
 
     def added(
-        self, row: IntArray, time_s: FloatArray
+        self, row: IntArray, time_s: FloatArray, axes: int = 3
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-        """Yield axes, and what is added to places and velocities on them at times.
+        """Yield the first axes, and what is added to places and velocities on them at times.
 
         t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
         t a/(b/2), with Wright's ω.
@@ -65,7 +65,7 @@ class Brakes(Columns, eq=False):
         speed = half_b * wright_omega(start + np.log(start) - time_s * rate * a / half_b)
         left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
         speed *= rate
-        for axis in range(3):
+        for axis in range(axes):
             along = self.direction[:, axis][row]
             yield axis, -along * left, along * speed
 
@@ -85,19 +85,21 @@ class Settlings(Columns, eq=False):
     height_per_s: FloatArray
 
     def added(
-        self, row: IntArray, time_s: FloatArray
+        self, row: IntArray, time_s: FloatArray, axes: int = 3
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-        """Yield axes, and what is added to places and velocities on them at times."""
+        """Yield the first axes, and what is added to places and velocities on them at times."""
         for rates, sizes in (
             (self.level_per_s[:, 0], tuple(enumerate(self.level_m[:, :, 0].T))),
             (self.level_per_s[:, 1], tuple(enumerate(self.level_m[:, :, 1].T))),
             (self.height_per_s, ((2, self.height_m),)),
         ):
-            rate = rates[row]
-            fading = np.exp(-rate * time_s)
+            if sizes[0][0] >= axes:
+                continue
+            rate = -rates[row]
+            fading = np.exp(rate * time_s)
             for axis, size in sizes:
                 off = size[row] * fading
-                yield axis, off, -rate * off
+                yield axis, off, rate * off
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own."""
@@ -192,9 +194,9 @@ class Px4Law(Columns, eq=False):
         velocity += c1
         for are, added in self._additions():
             rows = np.flatnonzero(are)
-            for axis, _, velocity_m_s in added.added(np.arange(len(rows)), time_s[:, rows]):
-                if axis < axes:
-                    velocity[axis][:, rows] += velocity_m_s
+            own = added.added(np.arange(len(rows)), time_s.take(rows, axis=1), axes)
+            for axis, _, velocity_m_s in own:
+                velocity[axis][:, rows] += velocity_m_s
         return velocity
 
     def parted(self) -> tuple[tuple[PolynomialLaw, Px4Law], IntArray, IntArray]:

@@ -16,10 +16,10 @@ from planner.flight.motion.px4.braking import (
 from planner.flight.motion.px4.headings import pauses_s, yaw_waits_s
 from planner.flight.motion.px4.joins import (
     cut_short,
-    eased_turns,
-    joined_turns,
+    ease_turns,
+    join_turns,
     leg_entries,
-    slowed_turns,
+    slow_turns,
 )
 from planner.flight.motion.px4.landing import (
     Takeoffs,
@@ -111,9 +111,17 @@ _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
 
-class PlannedLegs(Moves, eq=False):
+class PlannedLegs(Columns, eq=False):
     """Moves planned between their waypoints, before anything is known of speeds handed on."""
 
+    parameters: Px4Parameters
+    target_m: FloatArray
+    """As of `Moves`, like what follows. (n, 3) [m]"""
+    speed_m_s: FloatArray
+    radius_m: FloatArray
+    reach_m: FloatArray
+    hold_s: FloatArray
+    is_takeoff: BoolArray
     begins_m: FloatArray
     """Waypoint before. (n, 3) [m]"""
     direction: FloatArray
@@ -147,12 +155,15 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         ends = moves.target_m - direction * tail[:, None]
     is_leg = ~reached & ~moves.is_landing
     is_wait = reached & (moves.hold_s > 0.0)
-    first = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(begins)), 0))
     final_level, final_upright = final_speeds_m_s(moves, direction)
-    # A flight of its own may begin with moves that are reached at once.
-    own = replace(moves, start_m=moves.start_m[first])
     return PlannedLegs(
-        **field_values(own),
+        parameters=moves.parameters,
+        target_m=moves.target_m,
+        speed_m_s=moves.speed_m_s,
+        radius_m=moves.radius_m,
+        reach_m=moves.reach_m,
+        hold_s=moves.hold_s.copy(),
+        is_takeoff=moves.is_takeoff,
         begins_m=begins,
         direction=direction,
         ends_m=ends,
@@ -271,10 +282,10 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     -----
     What waits stops, and is longer underway: the flights of which that is true are flown again.
     """
-    legs = _fly_moves(replace(moves, hold_s=moves.hold_s.copy()))  # overwritten below
+    legs = _fly_moves(moves)
     flight = np.cumsum(moves.is_first)
     for _ in range(2):
-        hold_s = np.maximum(yaw_waits_s(legs) * waits, moves.hold_s)
+        hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
         again = np.isin(flight, flight[hold_s != legs.planned.hold_s])
         if not again.any():
             break
@@ -292,15 +303,23 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     after a change again, until nothing changes.  A landing ends where it does, however it is begun.
     """
     planned = plan_legs(moves)
-    before, guessed = _moves_before(planned), _guessed_ends(planned)
-    begun = Handed.after(before, guessed, planned.start_m)
+    rows, is_landing = np.arange(len(moves.item)), moves.is_landing
+    first = np.maximum.accumulate(np.where(moves.is_first, rows, 0))
+    # A flight of its own may begin with moves that are reached at once.
+    start_m = moves.start_m[first]
+    is_flown = planned.is_leg | planned.is_wait | is_landing
+    last = np.maximum.accumulate(np.where(is_flown, rows, -1))
+    before = np.append(-1, last[:-1])
+    before = np.where((before >= first) & ~moves.is_first, before, -1)
+    guessed = _guessed_ends(planned)
+    begun = Handed.after(before, guessed, start_m)
     legs = _flown(LegStarts(**field_values(begun), planned=planned))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
         active = np.flatnonzero(np.append(changed, False)[before])
-        begun = Handed.after(before[active], legs.end, planned.start_m[active])
+        begun = Handed.after(before[active], legs.end, start_m[active])
         Handed.put(legs, active, begun)
-        flies = np.flatnonzero(~planned.is_landing[active])
+        flies = np.flatnonzero(~is_landing[active])
         if not len(flies):
             break
         active, begun = active[flies], begun.select(flies)
@@ -309,16 +328,6 @@ def _fly_moves(moves: Moves) -> Px4Legs:
         changed[active] = flown.end.is_moved(legs.end.select(active))
         legs.put(active, flown)
     return legs
-
-
-def _moves_before(planned: PlannedLegs) -> IntArray:
-    """Return the move flown before each; −1 where a flight begins. (n,)"""
-    rows = np.arange(len(planned.item))
-    is_flown = planned.is_leg | planned.is_wait | planned.is_landing
-    last = np.maximum.accumulate(np.where(is_flown, rows, -1))
-    before = np.append(-1, last[:-1])
-    first = np.maximum.accumulate(np.where(planned.is_first, rows, 0))
-    return np.where((before >= first) & ~planned.is_first, before, -1)
 
 
 def _guessed_ends(planned: PlannedLegs) -> Handed:
@@ -336,10 +345,11 @@ def _guessed_ends(planned: PlannedLegs) -> Handed:
 def _flown(begun: LegStarts) -> Px4Legs:
     """Return moves as flown, after what those before hand on to them."""
     part = begun.planned
-    turns, upright_m_s = slowed_turns(begun, leg_entries(begun))
+    turns = leg_entries(begun)
+    upright_m_s = slow_turns(begun, turns)
     slowed = upright_m_s > 0.0
-    turns = joined_turns(begun, turns, slowed)
-    turns = eased_turns(begun, turns, slowed)
+    join_turns(begun, turns, slowed)
+    ease_turns(begun, turns, slowed)
     climbing = part.is_takeoff
     turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 
@@ -348,7 +358,7 @@ def _flown(begun: LegStarts) -> Px4Legs:
     way = part.target_m - begun.place_m
     shallow = slowed & (np.abs(way[:, 2]) <= horizontal(way))
     ends = np.where(shallow[:, None], _ends_straight_on_m(turns.end_m, ends, part), ends)
-    turns, ends = cut_short(begun, turns, ends)
+    cut_short(begun, turns, ends)
     limits = limits_along(turns.end_m, ends, part)
     held = climbing & ~part.takeoffs.is_free
     limits.cruise_m_s[held] = part.takeoffs.speed_m_s[held]

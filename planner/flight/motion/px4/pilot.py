@@ -96,7 +96,7 @@ HEADING_ASSUMED = Rule(
 
 
 def _assumed_headings(
-    legs: Px4Legs, any_turn_s: FloatArray, taken_s: FloatArray
+    moves: Moves, any_turn_s: FloatArray, taken_s: FloatArray
 ) -> Iterator[Finding]:
     """Yield each wait that is as long as it is only because a heading is not known."""
     most_s = np.maximum(any_turn_s.max(axis=0), taken_s)
@@ -105,7 +105,7 @@ def _assumed_headings(
             f"{taken_s[move]:.1f} s taken to turn to the heading asked for, of 0 to {most_s[move]:.1f} s: "
             "the heading the vehicle is armed with is not known"
         )
-        yield HEADING_ASSUMED.finding(message, item=int(legs.planned.item[move]))
+        yield HEADING_ASSUMED.finding(message, item=int(moves.item[move]))
 
 
 class Px4Pilot(Value):
@@ -164,15 +164,16 @@ class Px4Pilot(Value):
         The first of at least one stage begins at home, disarmed on the ground, with a heading that may not
         be known.
         """
-        motion, legs = self._motion(self._moves(stages), len(stages))
-        any_turn_s, taken_s = waits_unknown(legs)
-        assumed = _assumed_headings(legs, any_turn_s, taken_s)
+        moves = self._moves(stages)
+        motion, legs = self._motion(moves, len(stages))
+        any_turn_s, taken_s = waits_unknown(moves, legs)
+        assumed = _assumed_headings(moves, any_turn_s, taken_s)
         found = (*gap_findings(stages, self.parameters), *assumed)
         motion = replace(motion, findings=motion.findings + found)
         turned = np.flatnonzero(taken_s)
         if not len(turned):
             return motion
-        first = int(np.argmax(motion.segments.item == legs.planned.item[turned[0]]))
+        first = int(np.argmax(motion.segments.item == moves.item[turned[0]]))
         spread_s = any_turn_s.sum(axis=1) - taken_s.sum()
         return replace(motion, heading_spread_s=spread_s, heading_segment=first)
 
@@ -218,15 +219,16 @@ class Px4Pilot(Value):
         if lag is not None:
             moves = _reached_by(lag, moves, time_scale)
         legs = fly_legs(moves)
-        ordered = in_flown_order(_pieces(legs, time_scale, lands=moves.is_landing))
+        ordered = in_flown_order(_pieces(moves, legs, time_scale, lands=moves.is_landing))
+        climb_m = ordered.summed(ordered.climbs_m())  # which a lag leaves as they are
         if lag is not None:
             ordered = lag.followed(ordered, moves)
         # PX4 reports an item after its hold.
         move_stage = moves.stage[ordered.segment_move]
         done = np.searchsorted(move_stage, np.arange(stages), side="right") - 1
         flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
-        landings = int(legs.planned.is_landing.sum())
-        segments = _segments(ordered, legs, self.drag_per_s)
+        landings = int(moves.is_landing.sum())
+        segments = _segments(ordered, climb_m, moves, legs, self.drag_per_s)
         wandered_m = time_scale.wandered_m(ordered.summed(flying_s), segments.distance_m)
         laws, law, row = ordered.law.parted()
         motion = Motion(
@@ -257,7 +259,7 @@ def _reached_by(lag: TrackingLag, moves: Moves, time_scale: TimeScale) -> Moves:
     is_last = np.append(moves.is_first[1:], True)
     ends = moves.is_landing & is_last
     legs = fly_legs(moves, waits=~np.append(ends[1:], False))
-    pieces = _pieces(legs, time_scale, lands=moves.is_landing & ~is_last)
+    pieces = _pieces(moves, legs, time_scale, lands=moves.is_landing & ~is_last)
     if not pieces.parts:
         return moves
     ahead, beside, past = lag.off_m(in_flown_order(pieces), moves)
@@ -266,27 +268,29 @@ def _reached_by(lag: TrackingLag, moves: Moves, time_scale: TimeScale) -> Moves:
     return replace(moves, reach_m=reach, past_m=past)
 
 
-def _pieces(legs: Px4Legs, time_scale: TimeScale, *, lands: BoolArray) -> Px4Pieces:
+def _pieces(moves: Moves, legs: Px4Legs, time_scale: TimeScale, *, lands: BoolArray) -> Px4Pieces:
     """Return the pieces of moves, of these landings alone, as a vehicle flies them that does not lag."""
     pieces = Px4Pieces(time_scale)
     add_takeoffs(pieces, legs)
     add_legs(pieces, legs)
     add_holds(pieces, legs)
-    add_landings(pieces, legs, lands=lands)
+    add_landings(pieces, legs, lands=lands, is_return=moves.is_return)
     return pieces
 
 
-def _segments(ordered: Ordered, legs: Px4Legs, drag_per_s: float | None) -> SegmentColumns:
+def _segments(
+    ordered: Ordered, climb_m: FloatArray, moves: Moves, legs: Px4Legs, drag_per_s: float | None
+) -> SegmentColumns:
     """Return the segments of flown moves as columns."""
     planned, straights, parameters = legs.planned, legs.straights, legs.parameters
     move, slot = ordered.segment_move, ordered.segment_slot
     steep, upward = steep_moves(legs), legs.limits.direction[:, 2]
     level, peak = horizontal(legs.limits.direction), straights.rise.peak_m_s
     top = peak * np.where(steep, np.abs(upward), level)
-    top = np.where(planned.is_landing, parameters.descent_speed_m_s, top)
+    top = np.where(moves.is_landing, parameters.descent_speed_m_s, top)
     ramp_state = np.select(
         [
-            planned.is_landing,
+            moves.is_landing,
             planned.is_takeoff,
             steep & (upward > 0.0),
             steep,
@@ -307,11 +311,11 @@ def _segments(ordered: Ordered, legs: Px4Legs, drag_per_s: float | None) -> Segm
         STATE_INDEX[FlightState.HOVER],
     )
     stops = planned.is_leg & (planned.final_level_m_s == 0.0)
-    way_m, climb_m = map(ordered.summed, ordered.moved_m(curves=bool(drag_per_s)))
+    way_m = ordered.summed(ordered.ways_m(curves=bool(drag_per_s)))
     # A stop goes on beyond the place that counts as reached.
     beyond = (legs.limits.tail_m * level)[move]
     return SegmentColumns(
-        item=planned.item[move],
+        item=moves.item[move],
         state=state,
         duration_s=ordered.summed(ordered.duration_s),
         distance_m=way_m,
