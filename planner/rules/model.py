@@ -604,8 +604,8 @@ AUTOPILOT_DIFFERS = Rule(
     summary="The mission was written for another autopilot than the model's.",
     why="PX4 and ArduPilot fly the same items differently; so does a step-response model.",
     how="The file's firmware type against the autopilot of the prediction.  A model whose autopilot is "
-    "assumed (`mavjoule vehicle new` without any) is flown by that of the parameters, the target or the "
-    "file.",
+    "assumed (`mavjoule vehicle new` without any, frames sold without or flown by others too) is flown by "
+    "that of the parameters, the target or the file.",
     fix="choose with --vehicle the model of the vehicle that will fly",
 )
 

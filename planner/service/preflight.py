@@ -724,6 +724,12 @@ def _target(mission: Mission, setup: Setup) -> Target | None:
         if flown_by not in {Autopilot.STEP, setup.target.autopilot}:
             msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
             raise UsageError(msg)
+        if given is not None and given.stack not in {None, setup.target.autopilot}:
+            msg = (
+                f"the rules of {setup.target.label} do not hold for a vehicle with {given.stack.label}'s "
+                f"parameters: {given.source}"
+            )
+            raise UsageError(msg)
         return setup.target
     autopilot: Autopilot | None = flown_by
     if (

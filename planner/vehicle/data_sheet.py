@@ -120,6 +120,8 @@ class DataSheet(Value):
     motor: MotorTable | None = None
     """Beside a hover throttle it tells the power as well; the thrust always."""
     autopilot: Autopilot | None = None
+    is_autopilot_assumed: bool = False
+    """Whether it may be another as well: frames are sold without."""
     moves_like: VehicleModel | None = None
     """A model whose ramps it flies, where its autopilot is its maker's own."""
     parameters: ParameterSet | None = None
@@ -151,6 +153,7 @@ def drone_sheet(drone: PublishedDrone, *, date: dt.date) -> DataSheet:
         propeller_m=drone.propeller_m,
         hover=drone.figure,
         autopilot=drone.autopilot,
+        is_autopilot_assumed=drone.flown_by_others,
         moves_like=load_vehicle(_DJI_MOTION) if drone.autopilot is None else None,
         description=drone.description,
         source=f"published figures of the {drone.description.partition(',')[0]}",
@@ -240,12 +243,20 @@ class _Sheet:
                 f"log, or let it move like another (--moves-like {_DJI_MOTION})"
             )
             raise UsageError(msg)
-        if asked is None and stack is None:
+        flown_by = asked or stack or Autopilot.ARDUPILOT
+        self.is_autopilot_assumed = self.sheet.is_autopilot_assumed or not (asked or stack)
+        if self.is_autopilot_assumed:
+            other = Autopilot.PX4 if flown_by is Autopilot.ARDUPILOT else Autopilot.ARDUPILOT
             self.readings.append(
-                "flown by ArduPilot: assumed; a mission or parameters of PX4 are flown by PX4"
+                f"flown by {flown_by.label}: assumed; a mission or parameters of {other.label} are flown by "
+                f"{other.label}"
             )
-            self.is_autopilot_assumed = True
-        return asked or stack or Autopilot.ARDUPILOT
+        return flown_by
+
+    @property
+    def _may_be_px4(self) -> bool:
+        """Whether what only PX4 shows of a vehicle counts."""
+        return self.autopilot is Autopilot.PX4 or self.is_autopilot_assumed
 
     def _told_cells(self) -> tuple[int, str] | None:
         """Return the number of cells the parameters tell, and which of them."""
@@ -570,13 +581,12 @@ class _Sheet:
         )
         cost = hover_cost()
         time = "time" if self.sheet.moves_like is None else "moves_like"
-        waits = self.autopilot is Autopilot.PX4
         return ModelSpread(
             time_fraction=round(self.priors[time].fraction, 4),
             energy_fraction=round(math.hypot(energy.shared, DAY_FRACTION), 4),
             energy_state_fraction=energy.of_states(),
             position_noise_fraction=round(self.priors["position_noise"].fraction, 4)
-            if waits
+            if self._may_be_px4
             else None,
             law_fraction=(*known.items(), *self._resistance_fraction()),
             n_flights=cost.sizes,
@@ -597,7 +607,7 @@ class _Sheet:
         noise_m, drag_per_s = 0.0, None
         if like is None:
             noise_m = self._assume("position_noise", priors["position_noise"])
-        if self.autopilot is Autopilot.PX4:
+        if self._may_be_px4:
             drag_per_s = self._assume("drag_per_s", priors["drag_per_s"])
         idle = self._assume("ground_idle", priors["ground_idle"])
         valid_for = self._valid_for()

@@ -62,6 +62,9 @@ class PublishedDrone(Part):
     flown_by: Annotated[
         str, Key("autopilot, or maker whose own it is", choices=("px4", "ardupilot", "dji"))
     ]
+    flown_by_others: Annotated[
+        bool, Key("whether its frame is sold without an autopilot, or flown by others as well")
+    ] = False
     mass_kg: Annotated[
         float | None, Key("take-off mass with battery, without payload", "kg", POSITIVE)
     ] = None

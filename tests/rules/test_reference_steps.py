@@ -22,7 +22,8 @@ from made_missions import (
 from made_terrain import ground
 from rule_cases.case import ARDUPILOT, STEP, found, vehicle_of
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
+from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import step_speeds_m_s
@@ -886,6 +887,29 @@ def test_who_climbs_faster_than_the_model_comes_home_sooner() -> None:
     )
     assert by_model_s > 18.0
     assert by_own_s == pytest.approx(6.5, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("target", "parameters", "is_refused"),
+    [
+        (Autopilot.ARDUPILOT, "MPC_XY_CRUISE,5\n", True),
+        (Autopilot.PX4, "WPNAV_SPEED,500\n", True),
+        (Autopilot.PX4, "MPC_XY_CRUISE,5\n", False),
+    ],
+)
+def test_a_target_of_another_autopilot_than_the_parameters_is_refused(
+    target: Autopilot, parameters: str, *, is_refused: bool
+) -> None:
+    given = parameters_from_text(parameters.encode(), source="p.param")
+
+    def checks() -> CheckResult:
+        return check(OUT, vehicle_of(STEP), parameters=given, target=Target(target))
+
+    if is_refused:
+        with pytest.raises(UsageError, match="parameters"):
+            checks()
+    else:
+        assert checks().verdict
 
 
 # PX4 refuses circles at upload, and the whole mission with them; the file's firmware may be QGroundControl's

@@ -447,3 +447,39 @@ def test_an_assumed_autopilot_gives_way_to_the_one_that_is_named(
     told = [one.message for one in result.findings if one.code == "M109"]
     is_silent = mission_says in {None, flown_by} and flown_by is Autopilot.ARDUPILOT
     assert bool(told) is not is_silent
+
+
+# Frames that are sold without an autopilot, or flown by others as well; products keep theirs.
+@pytest.mark.parametrize("written_for", [Autopilot.PX4, Autopilot.ARDUPILOT])
+@pytest.mark.parametrize(
+    ("name", "flown_by"),
+    [
+        ("dji-f450", None),
+        ("3dr-iris-plus", None),
+        ("racer-5-inch", None),
+        ("holybro-x500-v2", None),
+        ("holybro-s500-v2", None),
+        ("3dr-solo", Autopilot.ARDUPILOT),
+        ("arducopter-sitl-quad", Autopilot.ARDUPILOT),
+        ("freefly-astro", Autopilot.PX4),
+        ("yuneec-h520", Autopilot.PX4),
+        ("px4-quad-2kg", Autopilot.PX4),
+    ],
+)
+def test_frames_without_an_autopilot_are_flown_by_that_of_the_mission(
+    name: str, flown_by: Autopilot | None, written_for: Autopilot
+) -> None:
+    out = replace(mission(takeoff(30), waypoint(200, 30), rtl()), autopilot=written_for)
+    result = check(out, planner.load_vehicle(name), battery=read_battery("4000Wh"))
+    assert result.setup.flown_by is (flown_by or written_for)
+
+
+def test_a_model_whose_autopilot_is_assumed_has_what_px4_shows_of_a_vehicle() -> None:
+    # 20 lanes of 25 m at the 5 m/s of PX4: its lag behind their turns takes time by the drag.
+    lanes = [waypoint(25 * (n % 2), 30) for n in range(40)]
+    survey = replace(mission(takeoff(30), *lanes, rtl()), autopilot=Autopilot.PX4)
+    assumed, stated = (
+        check(survey, _vehicle(autopilot=asked), battery=read_battery("4000Wh"))
+        for asked in (None, Autopilot.PX4)
+    )
+    assert assumed.totals == stated.totals
