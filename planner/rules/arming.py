@@ -13,6 +13,7 @@ from planner.findings import Rule, Severity
 from planner.mission.commands import Command
 from planner.mission.route.route import OTHER_VEHICLE
 from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.rules.arming_checks import (
     ALWAYS,
     ANY,
@@ -35,6 +36,10 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _ALL = 1
+_ARMS_IN_AUTO = 1
+"""Bit of AUTO_OPTIONS: arms in AUTO, in which the mission has begun by then."""
+_HERE_M = 1.0
+"""A home so near to where the vehicle stands is there. [m]"""
 _WITHOUT_THROTTLE = 2
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
 _FLIES_BLIND = (4, 7)
@@ -148,6 +153,28 @@ def _takeoff_blocked(a: Assessment, _parameters: ArduPilotParameters) -> Iterato
     elif ports and not ports & _TELEMETRY_PORTS and not is_told:
         message = f"{asked}: without telemetry from the motors ArduPilot never takes off"
         yield a.finding(TAKEOFF_BLOCKED, message)
+
+
+@judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT,))
+def _homes_set_before_arming(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield a home set before the take-off: arming moves it back where the mission has begun by then.
+
+    ``AP_Arming_Copter::arm``: "Reset home position if it has already been set before (but not locked)".
+    """
+    if not int(numbers(a).get("AUTO_OPTIONS", 0)) & _ARMS_IN_AUTO:
+        return
+    for home in a.route.moved_homes:
+        is_away = math.hypot(home.east_m, home.north_m) > _HERE_M or abs(home.datum_m) > _HERE_M
+        if home.first_stage == 0 and is_away:
+            yield a.finding(
+                ITEM_NOT_MODELLED,
+                "DO_SET_HOME before the take-off: armed in AUTO, as AUTO_OPTIONS allows, ArduPilot carries "
+                "it out before it arms, and arming sets home where the vehicle stands; armed in another "
+                "mode it counts",
+                severity=Severity.ERROR,
+                item=home.item,
+                fix="put DO_SET_HOME behind the take-off",
+            )
 
 
 DISARMS_ON_THE_GROUND = Rule(

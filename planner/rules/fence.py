@@ -70,6 +70,8 @@ _LANDS_ALL_THE_SAME = frozenset({0, 2})
 """Values of FENCE_ACTION: report only, and land."""
 _RETURNS = frozenset({1, 3, 5})
 """And return by RTL or SmartRTL, or land where it cannot: at home it lands then."""
+_LEAST_SLOPE = 0.5
+"""RTL_CONE_SLOPE from which on a return near home does not climb."""
 _AT_HOME_M = 5.0
 """A landing so near to home is one at home to a return: it does not climb. [m]"""
 _HOME_FRAMES = frozenset({1.0, 2.0})
@@ -84,9 +86,9 @@ FENCE_HEIGHT = Rule(
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
     "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it, but over the hills of --terrain "
     "where RTL_ALT_TYPE has them follow it); the lowest place between "
-    "take-off and landing against FENCE_ALT_MIN (bit 8), and landings where DO_FENCE_ENABLE 1 has switched "
-    "the floor on, which ArduPilot then leaves on (FENCE_ACTION 0 and 2 land, those that return land at "
-    "home).  An error from 0.5 m below a ceiling on, the "
+    "take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground and landings where "
+    "DO_FENCE_ENABLE 1 has switched the floor on, which ArduPilot then leaves on (FENCE_ACTION 0 and 2 land, "
+    "those that return land at home, with RTL_CONE_SLOPE).  An error from 0.5 m below a ceiling on, the "
     "vertical accuracy that makers state, a warning from 2 m on, the default of ArduPilot's FENCE_MARGIN: "
     "PX4 was recorded up to 1.6 m above commanded heights.  Not checked (X904) where FENCE_ALT_MAX_TP or "
     "FENCE_ALT_MIN_TP has a limit that is used count from sea level (0) or the ground (3).",
@@ -154,6 +156,10 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
     floor_m, action = limits_in_use(a.route, parameters).floor_m, parameters.fence_action
     if floor_m is None or action in _LANDS_ALL_THE_SAME:
         return
+    own_m = parameters.return_altitude_m
+    climbs = parameters.return_cone_slope < _LEAST_SLOPE and (
+        own_m > floor_m or parameters.return_climb_min_m > 0.0
+    )
     by_mission = fence_schedule(a.route, parameters).floor_by_mission
     places = a.returns.destinations
     for row in a.route.rows_of(*LANDED_STAGES):
@@ -163,9 +169,10 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
             height_m += parameters.return_final_altitude_m
         from_home_m = math.dist((stage.east_m, stage.north_m), places.home_ground_m[home, :2])
         is_home = stage.kind is StageKind.RETURN or from_home_m < _AT_HOME_M
-        if not by_mission[row] or height_m > floor_m or (is_home and action in _RETURNS):
+        lands = is_home and action in _RETURNS and not climbs
+        if not by_mission[row] or height_m > floor_m or lands:
             continue
-        does = "flies home" if action in _RETURNS else "stops and hovers"
+        does = "returns" if action in _RETURNS else "stops and hovers"
         yield a.finding(
             FENCE_HEIGHT,
             f"lands {quantity.height(height_m)} above home, FENCE_ALT_MIN is {quantity.height(floor_m)}: "
@@ -173,6 +180,29 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
             item=stage.item,
             fix="switch the floor off before the landing: DO_FENCE_ENABLE 2",
         )
+
+
+@judges(FENCE_HEIGHT, needs=(ARDUPILOT,))
+def _take_offs_below_the_floor(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield take-offs with a floor on already: on the ground ArduPilot does not arm by it, or disarms."""
+    floor_m = limits_in_use(a.route, parameters).floor_m
+    if floor_m is None or not parameters.fence_action:
+        return
+    by_mission = fence_schedule(a.route, parameters).floor_by_mission
+    places, stages = a.returns.destinations, a.route.stages
+    for row in a.route.rows_of(StageKind.TAKEOFF):
+        stands = row == 0 or stages[row - 1].kind in LANDED_STAGES
+        home = int(places.home_of(np.array([row]))[0])
+        height_m = stages[row - 1].height_m if row else 0.0
+        height_m -= float(places.home_datum_m[home])
+        if by_mission[row] and stands and height_m <= floor_m:
+            yield a.finding(
+                FENCE_HEIGHT,
+                f"DO_FENCE_ENABLE switches a floor on where the vehicle stands {quantity.height(height_m)} "
+                f"above home, FENCE_ALT_MIN is {quantity.height(floor_m)}: it does not arm, or disarms",
+                item=stages[row].item,
+                fix="put DO_FENCE_ENABLE behind the first place above the floor",
+            )
 
 
 @judges(FENCE_HEIGHT, needs=(ARDUPILOT,))

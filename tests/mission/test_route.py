@@ -455,6 +455,27 @@ def test_a_descent_speed_behind_another_item_is_that_of_a_landing_that_has_begun
     )
 
 
+@pytest.mark.parametrize(
+    ("first", "height_m", "dialect", "is_here"),
+    [
+        # ArduCopter takes the present place for a first parameter of 1, or where all three numbers are 0
+        # (`ModeAuto::do_set_home`, `Location::initialised`).
+        (0.0, 50.0, ARDUPILOT, False),
+        (0.0, 50.0, None, False),
+        (1.0, 50.0, ARDUPILOT, True),
+        (0.0, 0.0, ARDUPILOT, True),
+    ],
+)
+def test_a_home_with_a_height_but_no_place_is_not_here(
+    first: float, height_m: float, dialect: Autopilot | None, *, is_here: bool
+) -> None:
+    home = item(179, 0.0, height_m, longitude_deg=0.0, params=(first, 0.0, 0.0, 0.0))
+    flown = route(takeoff(20), waypoint(500, 20), home, waypoint(800, 20), rtl(), dialect=dialect)
+    told = [one.severity for one in flown.findings if "DO_SET_HOME at 0°, 0°" in one.message]
+    assert told == ([] if is_here else [Severity.ERROR])
+    assert flown.stages[-1].north_m == pytest.approx(500.0 if is_here else 0.0, abs=1.0)
+
+
 def test_a_home_moved_into_the_air_does_not_lift_the_ground() -> None:
     """The landing would be some 50 m too short, on the side that runs a battery dry."""
     here = item(179, params=(1.0, 0.0, 0.0, 0.0), frame=2)

@@ -21,6 +21,27 @@ COMPASSES = "COMPASS_DEV_ID,1\nCOMPASS_DEV_ID2,2\nCOMPASS_DEV_ID3,0\n"
 FENCE = "FENCE_ENABLE,1\nFENCE_TYPE,7\nFENCE_RADIUS,1000\nFENCE_ALT_MAX,120\n"
 
 
+# Flown in ArduPilot's SITL: armed in AUTO it returns to where it took off, armed in LOITER to the home set.
+@pytest.mark.parametrize(
+    ("options", "to_m", "before", "is_told"),
+    [
+        (1, 150.0, True, True),
+        (3, 150.0, True, True),
+        (2, 150.0, True, False),
+        (1, 0.5, True, False),
+        (1, 150.0, False, False),
+    ],
+)
+def test_a_home_set_before_a_vehicle_arms_in_auto_is_set_back_by_that(
+    options: int, to_m: float, *, before: bool, is_told: bool
+) -> None:
+    home, up = item(179, north(to_m), 0.0), takeoff(20)
+    legs = (home, up) if before else (up, home)
+    one = mission(*legs, waypoint(150, 20), rtl())
+    told = [f for f in found(one, ARDUPILOT, f"AUTO_OPTIONS,{options}\n") if f.code == "T102"]
+    assert [f.severity for f in told if "armed in AUTO" in f.message] == [Severity.ERROR] * is_told
+
+
 def refuses(parameters: str, code: str = "M127") -> bool:
     return code in {one.code for one in found(PLAIN, ARDUPILOT, parameters)}
 

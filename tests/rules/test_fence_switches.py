@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
-from fenced_missions import at, box, findings_of
+from fenced_missions import VEHICLES, at, box, findings_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, rtl, takeoff, waypoint
@@ -98,9 +98,44 @@ def test_a_floor_below_the_ground_ends_no_landing() -> None:
 
 def test_a_floor_that_a_take_off_switches_on_again_is_off_for_landings() -> None:
     floor = "FENCE_ENABLE,0\nFENCE_TYPE,8\nFENCE_ALT_MIN,3\nFENCE_ACTION,4\nFENCE_AUTOENABLE,{}\n"
-    for automatic, is_ended in ((0, True), (1, False), (3, True)):
-        told = ARDUPILOT((ON, takeoff(20), at(0, 60), rtl()), parameters=floor.format(automatic))
-        assert ("F110" in told) == is_ended
+    for automatic, numbers in ((0, [2, 4]), (1, [2]), (3, [2, 4])):
+        given = parameters_from_text(floor.format(automatic).encode(), source="p.param")
+        legs = mission(ON, takeoff(20), at(0, 60), rtl())
+        result = check(legs, load_vehicle(VEHICLES[Autopilot.ARDUPILOT]), parameters=given)
+        assert [one.item for one in result.findings if one.code == "F110"] == numbers
+
+
+# Flown in ArduPilot's SITL: "Vehicle breaching Min Alt fence" before it arms, or disarmed at once.
+@pytest.mark.parametrize(
+    ("action", "floor_m", "legs", "is_told"),
+    [
+        (1, 3.0, (ON, takeoff(20)), True),
+        (2, 3.0, (ON, takeoff(20)), True),
+        (0, 3.0, (ON, takeoff(20)), False),
+        (1, -0.5, (ON, takeoff(20)), False),
+        (1, 3.0, (takeoff(20), ON), False),
+        (1, 3.0, (ON, OFF, takeoff(20)), False),
+        (1, 3.0, (takeoff(20), at(0, 30, 0.0, command=21), ON, takeoff(20)), True),
+    ],
+)
+def test_a_floor_that_is_on_already_ends_a_take_off_below_it(
+    action: int, floor_m: float, legs: tuple[MissionItem, ...], *, is_told: bool
+) -> None:
+    floor = f"FENCE_TYPE,8\nFENCE_ALT_MIN,{floor_m}\nFENCE_ACTION,{action}\nMIS_OPTIONS,4\n"
+    told = ARDUPILOT((*legs, at(0, 60), FLOOR_OFF, rtl()), parameters=floor)
+    assert ("F110" in told) == is_told
+
+
+@pytest.mark.parametrize(
+    ("slope", "return_cm", "is_ended"), [(3, 6000, False), (0, 6000, True), (0, 200, False)]
+)
+def test_a_return_that_a_floor_begins_anew_climbs_again_without_a_cone(
+    slope: int, return_cm: int, *, is_ended: bool
+) -> None:
+    floor = "FENCE_TYPE,8\nFENCE_ALT_MIN,5\nFENCE_ACTION,1\n"
+    floor += f"RTL_CONE_SLOPE,{slope}\nRTL_ALT,{return_cm}\nRTL_CLIMB_MIN,0\n"
+    told = ARDUPILOT((takeoff(20), ON, at(0, 60), rtl()), parameters=floor)
+    assert ("F110" in told) == is_ended
 
 
 # Half a turn at 60 °/s lets it off 3 s into a leg at 10 m/s, 30 m of 130 m to the circle; at 5 °/s after
