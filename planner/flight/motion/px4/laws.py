@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
 
-_NEWTON_ROUNDS = 4
+_ROUNDS = 2
 _VANISHING = -690.0
 """Where ω is below 1e-299, which is nothing."""
 
@@ -22,15 +22,18 @@ _VANISHING = -690.0
 def wright_omega(y: FloatArray) -> FloatArray:
     """Return ω with ω + ln ω = y, for real y.
 
-    Newton's method from e^y/(1 + e^y) or y − ln y y/(1 + y), both good to a few per cent.
+    The method of Fritsch, Shafer and Crowley (1973), of which each round takes the error to its fourth power,
+    from e^y/(1 + e^y) or y − ln y y/(1 + y), both good to a few per cent.
     """
     vanishing = y < _VANISHING
     y = np.maximum(y, _VANISHING)
     small = np.exp(np.minimum(y, 1.0))
     large = np.maximum(y, 1.0)
     omega = np.where(y < 1.0, small / (1.0 + small), large - np.log(large) * large / (1.0 + large))
-    for _ in range(_NEWTON_ROUNDS):
-        omega = omega * (1.0 + (y - omega - np.log(omega)) / (1.0 + omega))
+    for _ in range(_ROUNDS):
+        left, more = y - omega - np.log(omega), 1.0 + omega
+        steep = more * (more + left / 1.5)
+        omega = omega * (1.0 + left / more * (steep - 0.5 * left) / (steep - left))
     return np.where(vanishing, 0.0, omega)
 
 

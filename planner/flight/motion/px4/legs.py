@@ -58,7 +58,8 @@ def final_speeds_m_s(moves: Moves, direction: FloatArray) -> tuple[FloatArray, F
     follows = after < count
     after = np.where(follows, after, 0)
     follows &= (following[after] == after) & ~moves.is_stop & ~moves.is_delay
-
+    if not follows.any():
+        return np.zeros(count), np.zeros(count)
     target, following_m = moves.target_m, moves.target_m[after].copy()
     following_m[:, 2] = moves.seen_height_m[after]
     way = following_m[:, :2] - target[:, :2]
@@ -313,7 +314,14 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     before = np.where((before >= first) & ~moves.is_first, before, -1)
     guessed = _guessed_ends(planned)
     begun = Handed.after(before, guessed, start_m)
-    legs = _flown(LegStarts(**field_values(begun), planned=planned))
+    flies = np.flatnonzero(~is_landing)
+    own = begun.select(flies)
+    legs = _flown(LegStarts(**field_values(own), planned=planned.select(flies)))
+    if is_landing.any():
+        place = np.minimum(np.searchsorted(flies, rows), len(flies) - 1)
+        legs = replace(legs.select(place), planned=planned)
+        Handed.put(legs, rows, begun)
+        legs.end.put(is_landing, guessed.select(is_landing))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
         active = np.flatnonzero(np.append(changed, False)[before])
@@ -355,23 +363,25 @@ def _flown(begun: LegStarts) -> Px4Legs:
 
     ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
     ends[:, 2] = _end_heights_m(turns.end_m, ends, part)
-    way = part.target_m - begun.place_m
-    shallow = slowed & (np.abs(way[:, 2]) <= horizontal(way))
-    ends = np.where(shallow[:, None], _ends_straight_on_m(turns.end_m, ends, part), ends)
+    rows = np.flatnonzero(slowed)
+    if len(rows):
+        way = (part.target_m - begun.place_m)[rows]
+        level = rows[np.abs(way[:, 2]) <= horizontal(way)]
+        ends[level] = _ends_straight_on_m(turns.end_m[level], ends[level], part.target_m[level])
     cut_short(begun, turns, ends)
     limits = limits_along(turns.end_m, ends, part)
     held = climbing & ~part.takeoffs.is_free
     limits.cruise_m_s[held] = part.takeoffs.speed_m_s[held]
     start, acceleration = _starts(limits, turns, begun.velocity_m_s)
-    climbed_m_s = quotient(upright_m_s, np.abs(limits.direction[:, 2]), np.inf)
-    start = np.where(slowed, np.minimum(climbed_m_s, limits.cruise_m_s), start)
+    along_m_s = quotient(upright_m_s[rows], np.abs(limits.direction[rows, 2]), np.inf)
+    start[rows] = np.minimum(along_m_s, limits.cruise_m_s[rows])
     start[climbing], acceleration[climbing] = part.takeoffs.speed_m_s[climbing], 0.0
-    moving = limits.length_m > STILL_M
-    if moving.all():
+    moving = np.flatnonzero(limits.length_m > STILL_M)
+    if len(moving) == len(start):
         straights = fly_straights(limits, start, acceleration)
     else:
         straights, some = Straights.unmoved(limits, start), (start[moving], acceleration[moving])
-        if moving.any():
+        if len(moving):
             straights.put(moving, fly_straights(limits.select(moving), *some))
     flown = Px4Legs(
         **field_values(begun),
@@ -412,13 +422,13 @@ def _end_heights_m(place_m: FloatArray, ends_m: FloatArray, planned: PlannedLegs
 
 
 def _ends_straight_on_m(
-    place_m: FloatArray, ends_m: FloatArray, planned: PlannedLegs
+    place_m: FloatArray, ends_m: FloatArray, target_m: FloatArray
 ) -> FloatArray:
     """Return where heights count as reached on the way to targets straight from places. (n, 3) [m]"""
-    left = planned.target_m - place_m
-    part = quotient((planned.target_m - ends_m)[:, 2], left[:, 2])
+    left = target_m - place_m
+    part = quotient((target_m - ends_m)[:, 2], left[:, 2])
     is_ahead = (part > 0.0) & (part < 1.0)
-    return np.where(is_ahead[:, None], planned.target_m - left * part[:, None], ends_m)
+    return np.where(is_ahead[:, None], target_m - left * part[:, None], ends_m)
 
 
 def _starts(

@@ -334,9 +334,12 @@ def fly_straights(
     rows = np.flatnonzero((kept > tail) & ~rise.is_cut)
     cruise = np.maximum(left - np.where(rise.is_cut, tail, kept), 0.0)
     left = left - cruise
-    braking = Brakings.none(peak, laws.one(laws.lower(left)))
-    if len(rows):
-        braking.put(rows, _brakings(limits.select(rows), peak[rows], left[rows]))
+    if len(rows) == len(peak):
+        braking = _brakings(limits, peak, left)
+    else:
+        braking = Brakings.none(peak, laws.one(laws.lower(left)))
+        if len(rows):
+            braking.put(rows, _brakings(limits.select(rows), peak[rows], left[rows]))
     return Straights(rise=rise, cruise_m=cruise, braking=braking)
 
 
@@ -407,28 +410,19 @@ def _onsets(
     fall = np.where(trails, 1.0, 0.5) * j
     whole = time = np.minimum(a / j, np.sqrt(peak / fall))
 
-    def way_m(time: FloatArray, at: IntArray | slice = slice(None)) -> FloatArray:
-        way: FloatArray = time * (peak[at] - j[at] * time**2 / 6.0)
-        return way
-
-    def shortfall_m_s(time: FloatArray, at: IntArray | slice = slice(None)) -> FloatArray:
-        here = np.maximum(begins[at] - way_m(time, at), 0.0)
-        short: FloatArray = some.lowest_allowed_m_s(here) - (peak[at] - fall[at] * time**2)
-        return short
-
-    some = laws
-    early = np.flatnonzero(shortfall_m_s(whole) > 0.0)
+    falling = begins, peak, j, fall
+    early = np.flatnonzero(_shortfall_m_s(whole, laws, falling) > 0.0)
     if len(early):
-        some, time = laws.select(early), whole.copy()
-        time[early] = root(lambda t: shortfall_m_s(t, early), 1e-3 * whole[early], whole[early])
-    ends = way_m(time) > begins - tail
+        time, some = whole.copy(), (laws.select(early), tuple(one[early] for one in falling))
+        time[early] = root(lambda t: _shortfall_m_s(t, *some), 1e-3 * whole[early], whole[early])
+    ends = _fallen_m(time, peak, j) > begins - tail
     at_end = np.flatnonzero(ends)
     if len(at_end):
-        left = (begins - tail)[at_end]
+        left, of_some = (begins - tail)[at_end], (peak[at_end], j[at_end])
         time = time.copy()
-        time[at_end] = root(lambda t: way_m(t, at_end) - left, 0.0 * left, time[at_end])
+        time[at_end] = root(lambda t: _fallen_m(t, *of_some) - left, 0.0 * left, time[at_end])
     now = peak - 0.5 * j * time**2
-    here = begins - way_m(time)
+    here = begins - _fallen_m(time, peak, j)
     # At the deceleration there is by now until the last of the laws allows the speed.
     goes_on = (trails | (time >= whole * (1.0 - 1e-9))) & ~ends
     rate = np.maximum(j * time, 1e-9)
@@ -445,6 +439,20 @@ def _onsets(
         np.where(goes_on, joined, now),
         np.maximum(np.where(ends | (goes_on & short), tail, np.where(goes_on, after, here)), tail),
     )
+
+
+def _fallen_m(time_s: FloatArray, peak_m_s: FloatArray, j: FloatArray) -> FloatArray:
+    """Return the ways in which decelerations grow from peak speeds. (…, n) [m]"""
+    return time_s * (peak_m_s - j * time_s**2 / 6.0)
+
+
+def _shortfall_m_s(
+    time_s: FloatArray, laws: AxisLaws, falling: tuple[FloatArray, ...]
+) -> FloatArray:
+    """Return what is allowed beyond what peak speeds have fallen to, by how fast they fall. (…, n)"""
+    begins, peak, j, fall = falling
+    here = np.maximum(begins - _fallen_m(time_s, peak, j), 0.0)
+    return laws.lowest_allowed_m_s(here) - (peak - fall * time_s**2)
 
 
 def _trails(limits: Limits, left_m: FloatArray) -> BoolArray:
