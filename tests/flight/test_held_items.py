@@ -610,3 +610,13 @@ def test_a_landing_descends_as_commanded_behind_another_item_of_the_queue() -> N
     assert time_s(speed(5.0), speed(0.4, kind=3.0)) - own_s == pytest.approx(39.2, abs=1.0)
     assert time_s(speed(5.0), speed(1.0, kind=3.0)) - own_s == pytest.approx(10.0, abs=1.0)
     assert time_s(speed(0.4, kind=3.0), photo()) == time_s(photo(), photo())
+
+
+@pytest.mark.parametrize(("wait_m", "home_m"), [(1e4, 0.0), (100.0, 400.0), (3.0, 497.0)])
+def test_a_home_held_back_is_set_where_the_vehicle_is_by_then(wait_m: float, home_m: float) -> None:
+    # Met at once it is set where the leg begins, else so far before its end.
+    here = item(179, 0.0, 0.0, longitude_deg=0.0, params=(1.0, 0.0, 0.0, 0.0))
+    legs = (takeoff(30), speed(8.0), distance(wait_m), here, waypoint(500, 30), waypoint(900, 30))
+    result = flown(*legs, rtl())
+    assert result.assessment is not None
+    assert result.assessment.route.stages[-1].north_m == pytest.approx(home_m, abs=5.0)

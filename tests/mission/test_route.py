@@ -432,6 +432,29 @@ LAND_HERE, LAND_THERE = item(21, 0.0, 0.0, longitude_deg=0.0), item(21, north(10
 
 
 @pytest.mark.parametrize(
+    ("turns", "radius_m", "east_m", "north_m"),
+    [
+        # Begun from the south, at its nearest point.
+        (1.0, 40.0, 0.0, 120.0),
+        (0.25, 40.0, -40.0, 160.0),  # clockwise, seen from above: to the west
+        (0.25, -40.0, 40.0, 160.0),
+        (0.5, 40.0, 0.0, 200.0),
+        (0.0, 40.0, 0.0, 120.0),
+    ],
+)
+def test_behind_a_circle_the_vehicle_is_on_it(
+    turns: float, radius_m: float, east_m: float, north_m: float
+) -> None:
+    # Flown in ArduPilot's SITL: it lands at 0°, 0° 7 m beside that place, not at the centre.
+    circle = item(18, north(160), 20.0, params=(turns, 0.0, radius_m, 0.0))
+    here = item(16, 0.0, 20.0, longitude_deg=0.0)
+    for last in (LAND_HERE, here):
+        stages = route(takeoff(20), waypoint(100, 20), circle, last, dialect=ARDUPILOT).stages
+        assert (stages[2].east_m, stages[2].north_m) == pytest.approx((0.0, 160.0), abs=0.1)
+        assert (stages[3].east_m, stages[3].north_m) == pytest.approx((east_m, north_m), abs=0.5)
+
+
+@pytest.mark.parametrize(
     ("queue", "last", "expected"),
     [
         # ArduPilot carries out the first item of its queue before a return or a landing takes its speeds from

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +71,11 @@ _DIVIDED = (
 )
 """Straight legs."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
+
+_METRES_PER_DEGREE = 111_319.0
+"""Of latitude, as ArduPilot has it."""
+_AT_CENTRE_DEG = 0.5 / _METRES_PER_DEGREE
+"""So near to a centre the vehicle is there. [°]"""
 
 ZERO_ALTITUDE = Rule(
     "A111 zero-altitude",
@@ -330,7 +336,7 @@ class MissionState(Position, kw_only=True, eq=False):
         waiting, self.waiting = self.waiting, []
         own = (self.number, self.place)
         stage, place_deg = self.stages.pop(), self.places_deg.pop()
-        after = (*place_deg, self.height_m)
+        after, ended_deg = (*place_deg, self.height_m), (self.latitude_deg, self.longitude_deg)
         last: list[tuple[HeldItem, MissionItem]] = []
         begin = 0.0
         for one, item in waiting:
@@ -340,6 +346,7 @@ class MissionState(Position, kw_only=True, eq=False):
             if fraction >= 1.0 or (fraction > 0.0 and _acts_at_the_end(stage, one, item)):
                 last.append((one, item))
                 continue
+            self.latitude_deg, self.longitude_deg, self.height_m = before
             if fraction > 0.0 and stage.kind in _DIVIDED:
                 here = (a + fraction * (b - a) for a, b in zip(before, after, strict=True))
                 self.latitude_deg, self.longitude_deg, self.height_m = here
@@ -364,6 +371,7 @@ class MissionState(Position, kw_only=True, eq=False):
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
+        self.latitude_deg, self.longitude_deg = ended_deg
         for one, item in last:
             self._carry_out_held(one, item)
         self.number, self.place = own
@@ -521,7 +529,8 @@ class MissionState(Position, kw_only=True, eq=False):
         self.is_over = True
 
     def circle(self, item: MissionItem) -> None:
-        """Fly turns about a place."""
+        """Fly turns about a place; the vehicle is on their circle afterwards."""
+        from_deg = (self.latitude_deg, self.longitude_deg)
         self.move_to(item)
         self.height_m = self._height_to_m(item)
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
@@ -555,6 +564,25 @@ class MissionState(Position, kw_only=True, eq=False):
                 follows_ground=ground_m is not None,
             )
         )
+        if radius and self.dialect is not Autopilot.PX4:
+            self._leave_centre(from_deg, radius, turns)
+
+    def _leave_centre(self, from_deg: tuple[float, float], radius_m: float, turns: float) -> None:
+        """Go from the centre of a circle to where its turns end, begun nearest to where the vehicle was.
+
+        On a plane: circles are small.  At the centre itself its heading tells, which is not known.
+        """
+        east_deg = math.cos(math.radians(self.latitude_deg))
+        away = complex(
+            from_deg[0] - self.latitude_deg,
+            math.remainder(from_deg[1] - self.longitude_deg, 360.0) * east_deg,
+        )
+        away = away / abs(away) if abs(away) > _AT_CENTRE_DEG else complex(-1.0, 0.0)
+        away *= cmath.rect(
+            abs(radius_m) / _METRES_PER_DEGREE, math.copysign(math.tau * turns, radius_m)
+        )
+        self.latitude_deg += away.real
+        self.longitude_deg += away.imag / east_deg
 
     def _circle_radius_m(self, item: MissionItem, radius_m: float) -> float:
         """Return the radius of a circle: where it has none, that of the one before.
