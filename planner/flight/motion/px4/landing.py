@@ -303,20 +303,21 @@ def arrivals(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     return place, np.where(moving, limits.direction * speed[:, None], legs.velocity_m_s)
 
 
-def creeps(legs: Px4Legs) -> tuple[BoolArray, FloatArray]:
-    """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
+def creeps(legs: Px4Legs) -> tuple[IntArray, FloatArray]:
+    """Return the k moves that end in a hold which goes on braking to a stop at the target. (k,)
 
     And b'/2 of the braking laws that lead there from where the legs end, at the speeds they end with.
     """
-    part, limits, speed = legs.planned, legs.limits, legs.straights.braking.end_m_s
-    law = legs.straights.braking.near
-    half_b = law.acceleration_m_s2 * limits.tail_m / np.maximum(speed, 1e-9) - 0.5 * speed
-    fraction = half_b / half_b_m_s(law.acceleration_m_s2, law.jerk_m_s3)
-    astray_m = lengths(limits.direction - part.direction) * part.tail_m
-    creeping = part.is_leg & (part.hold_s > 0.0) & (law.final_m_s == 0.0)
-    creeping &= (limits.length_m > STILL_M) & (speed > 0.0)
-    creeping &= (fraction > _LEAST_PART) & (fraction < 1.0 + STILL_M) & (astray_m < _ASTRAY_M)
-    return creeping, half_b
+    part, limits, braking = legs.planned, legs.limits, legs.straights.braking
+    moves = part.is_leg & (limits.length_m > STILL_M) & (braking.end_m_s > 0.0)
+    rows = np.flatnonzero(moves & (part.hold_s > 0.0) & (braking.near.final_m_s == 0.0))
+    a, j = braking.near.acceleration_m_s2[rows], braking.near.jerk_m_s3[rows]
+    speed = np.maximum(braking.end_m_s[rows], _BEYOND_M_S)
+    half_b = a * limits.tail_m[rows] / speed - 0.5 * speed
+    fraction = half_b / half_b_m_s(a, j)
+    astray_m = lengths(limits.direction[rows] - part.direction[rows]) * part.tail_m[rows]
+    leads = (fraction > _LEAST_PART) & (fraction < 1.0 + STILL_M) & (astray_m < _ASTRAY_M)
+    return rows[leads], half_b[leads]
 
 
 def settlings(legs: Px4Legs) -> Curves:
@@ -349,17 +350,18 @@ def ends_of_moves(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     """Return where and how fast moves end, holds included. (n, 3) each [m], [m s⁻¹]"""
     part, limits = legs.planned, legs.limits
     end, velocity = arrivals(legs)
-    creeping, half_b = creeps(legs)
-    rows = np.flatnonzero(creeping)
+    rows, b = creeps(legs)
+    settles = (part.hold_s > 0.0) & (part.is_leg | part.is_wait)
+    settles[rows] = False
     if len(rows):
-        b, direction = half_b[rows], limits.direction[rows]
+        direction = limits.direction[rows]
         a = legs.straights.braking.near.acceleration_m_s2[rows]
         begun = legs.straights.braking.end_m_s[rows] / b
         left = b * wright_omega(begun + np.log(begun) - part.hold_s[rows] * a / b)
         way = left * (left + 2.0 * b) / (2.0 * a)
         end[rows] += direction * (part.tail_m[rows] - way)[:, None]
         velocity[rows] = direction * left[:, None]
-    rows = np.flatnonzero((part.hold_s > 0.0) & ~creeping & (part.is_leg | part.is_wait))
+    rows = np.flatnonzero(settles)
     if len(rows):
         curves, hold = settlings(legs.select(rows)), part.hold_s[rows]
         settle_s = curves.duration_s.sum(axis=1)

@@ -191,17 +191,16 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
     """Add holds: going on to brake to the target, or settling on it."""
     planned = flown.planned
     holding = (planned.hold_s > 0.0) & (planned.is_leg | planned.is_wait)
-    creeping, half_b = creeps(flown)
-    move = np.flatnonzero(creeping)
+    move, half_b = creeps(flown)
+    holding[move] = False
     if len(move):
         braking = flown.straights.braking
-        law = replace(braking.near.select(move), half_b_m_s=half_b[move])
-        law = replace(law, beyond_m=np.zeros(len(move)))
+        law = replace(braking.near.select(move), half_b_m_s=half_b, beyond_m=0.0 * half_b)
         pieces.add(
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
             *_braked(flown, move, law, braking.end_m_s[move]),
         )
-    move = np.flatnonzero(holding & ~creeping)
+    move = np.flatnonzero(holding)
     if not len(move):
         return
     hold_s, target = planned.hold_s[move], planned.target_m[move]

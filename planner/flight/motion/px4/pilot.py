@@ -39,6 +39,7 @@ from planner.flight.motion.px4.pieces import (
     HOLD,
     PAUSE,
     RAMP,
+    SLOTS,
     Px4Pieces,
     TimeScale,
     in_flown_order,
@@ -278,42 +279,37 @@ def _pieces(moves: Moves, legs: Px4Legs, time_scale: TimeScale, *, lands: BoolAr
     return pieces
 
 
+_TAKING_OFF, _CLIMBING, _DESCENDING, _ACCELERATING, _BRAKING, _LANDING = (
+    STATE_INDEX[FlightState(state)]
+    for state in ("takeoff", "climb", "descend", "accelerate", "brake", "land")
+)
+_STATES = np.full(SLOTS, STATE_INDEX[FlightState.HOVER])
+"""Of segments by their slots; of ramps it depends."""
+_STATES[CRUISE], _STATES[BRAKE] = STATE_INDEX[FlightState.CRUISE], _BRAKING
+
+
 def _segments(
     ordered: Ordered, climb_m: FloatArray, moves: Moves, legs: Px4Legs, drag_per_s: float | None
 ) -> SegmentColumns:
     """Return the segments of flown moves as columns."""
-    planned, straights, parameters = legs.planned, legs.straights, legs.parameters
+    planned, limits, parameters = legs.planned, legs.limits, legs.parameters
     move, slot = ordered.segment_move, ordered.segment_slot
-    steep, upward = steep_moves(legs), legs.limits.direction[:, 2]
-    level, peak = horizontal(legs.limits.direction), straights.rise.peak_m_s
+    steep, upward = steep_moves(legs), limits.direction[:, 2]
+    level, peak = horizontal(limits.direction), legs.straights.rise.peak_m_s
     top = peak * np.where(steep, np.abs(upward), level)
     top = np.where(moves.is_landing, parameters.descent_speed_m_s, top)
-    ramp_state = np.select(
-        [
-            moves.is_landing,
-            planned.is_takeoff,
-            steep & (upward > 0.0),
-            steep,
-            peak < straights.rise.from_m_s,
-        ],
-        [
-            STATE_INDEX[FlightState.LAND],
-            STATE_INDEX[FlightState.TAKEOFF],
-            STATE_INDEX[FlightState.CLIMB],
-            STATE_INDEX[FlightState.DESCEND],
-            STATE_INDEX[FlightState.BRAKE],
-        ],
-        STATE_INDEX[FlightState.ACCELERATE],
-    )
-    state = np.select(
-        [slot == RAMP, slot == CRUISE, slot == BRAKE],
-        [ramp_state[move], STATE_INDEX[FlightState.CRUISE], STATE_INDEX[FlightState.BRAKE]],
-        STATE_INDEX[FlightState.HOVER],
-    )
-    stops = planned.is_leg & (planned.final_level_m_s == 0.0)
+    ramp_state = np.where(peak < legs.straights.rise.from_m_s, _BRAKING, _ACCELERATING)
+    ramp_state[steep] = np.where(upward[steep] > 0.0, _CLIMBING, _DESCENDING)
+    ramp_state[planned.is_takeoff], ramp_state[moves.is_landing] = _TAKING_OFF, _LANDING
+    state, ramps = _STATES[slot], np.flatnonzero(slot == RAMP)
+    state[ramps] = ramp_state[move[ramps]]
     way_m = ordered.summed(ordered.ways_m(curves=bool(drag_per_s)))
+    stopping_m, cruises = np.full(len(slot), np.nan), np.flatnonzero(slot == CRUISE)
+    stopping_m[cruises] = stopping_distance_m(top[move[cruises]], parameters, drag_per_s)
     # A stop goes on beyond the place that counts as reached.
-    beyond = (legs.limits.tail_m * level)[move]
+    beyond_m, stops = limits.tail_m * level, planned.is_leg & (planned.final_level_m_s == 0.0)
+    brakes = np.flatnonzero((slot == BRAKE) & stops[move])
+    stopping_m[brakes] = way_m[brakes] + beyond_m[move[brakes]]
     return SegmentColumns(
         item=moves.item[move],
         state=state,
@@ -321,9 +317,5 @@ def _segments(
         distance_m=way_m,
         climb_m=climb_m,
         speed_m_s=np.where((slot == HOLD) | (slot == PAUSE), 0.0, top[move]),
-        stopping_distance_m=np.select(
-            [slot == CRUISE, (slot == BRAKE) & stops[move]],
-            [stopping_distance_m(top[move], parameters, drag_per_s), way_m + beyond],
-            np.nan,
-        ),
+        stopping_distance_m=stopping_m,
     )
