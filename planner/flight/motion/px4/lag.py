@@ -237,7 +237,7 @@ class TrackingLag(Value):
             sought -= given_m_s2
             if tilts:
                 sought *= tilted >= 1.0
-            sought += drag * np.minimum(scale, most_of_drag)
+            sought += drag * (np.minimum(scale, most_of_drag) if tilts else scale)
             flown = constants / scale
             settled = -np.expm1(-flown)
             built = _smoothed(sought, settled, parts.first)

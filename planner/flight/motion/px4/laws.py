@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
 
 _ROUNDS = 2
+_UP = 2
+"""The axis of the height; the others are level."""
 _VANISHING = -690.0
 """Where ω is below 1e-299, which is nothing."""
 
@@ -91,18 +93,15 @@ class Settlings(Columns, eq=False):
         self, row: IntArray, time_s: FloatArray, axes: int = 3
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
         """Yield the first axes, and what is added to places and velocities on them at times."""
-        for rates, sizes in (
-            (self.level_per_s[:, 0], tuple(enumerate(self.level_m[:, :, 0].T))),
-            (self.level_per_s[:, 1], tuple(enumerate(self.level_m[:, :, 1].T))),
-            (self.height_per_s, ((2, self.height_m),)),
-        ):
-            if sizes[0][0] >= axes:
-                continue
-            rate = -rates[row]
-            fading = np.exp(rate * time_s)
-            for axis, size in sizes:
-                off = size[row] * fading
-                yield axis, off, rate * off
+        rates = [-self.level_per_s[:, one][row] for one in range(2)]
+        fading = [np.exp(rate * time_s) for rate in rates]
+        for axis in range(min(axes, _UP)):
+            off, other = (self.level_m[:, axis, one][row] * fading[one] for one in range(2))
+            yield axis, off + other, rates[0] * off + rates[1] * other
+        if axes > _UP:
+            rate = -self.height_per_s[row]
+            off = self.height_m[row] * np.exp(rate * time_s)
+            yield _UP, off, rate * off
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own."""
