@@ -129,12 +129,12 @@ CONDITION_NOT_MODELLED = Rule(
     "(298 W at 8 m/s, 482 W at 15 m/s, the highest identified; with the cube beyond, or the time of flying "
     "no faster than that), and with 1/√density; of an uncertain wind at two standard deviations.  A "
     "step-response model flies the level speeds that a parameter file states; "
-    "climbs and descents that are more than 3 % slower than predicted, ways and circles its autopilot takes "
-    "more than 3 % longer for, by its own laws in calm air (without a file circles as ArduPilot "
-    "alone flies them, as it is delivered), and the heights below which landings are slow "
-    "cost the longer time at hover power, with what is not counted over it too, an error where that takes "
-    "the flight or a return below the reserve.  A file whose names do not say which autopilot it is of is an "
-    "error.",
+    "climbs and descents that are more than 3 % slower than predicted, by it or by the mission, ways and "
+    "circles its autopilot takes more than 3 % longer for, by its own laws in calm air (without a file "
+    "circles as ArduPilot alone flies them, as it is delivered), and the heights below which landings are "
+    "slow cost the longer time at hover power, with what is not counted over it too, an error where that "
+    "takes the flight or a return below the reserve.  A file whose names do not say which autopilot it is "
+    "of is an error.",
     fix="use a vehicle model that has the missing quantity",
     instead="a model that counts it with --vehicle",
 )

@@ -40,7 +40,7 @@ class Lateness(Value, eq=False):
     """How much longer segments take than a model of reference steps has it, by cause. (s,) [s]"""
 
     climbs_s: FloatArray
-    """Slower climbs, descents and landings."""
+    """Slower climbs, descents and landings, by its parameters and the mission."""
     circles_s: FloatArray
     ways_s: FloatArray
     """As its own autopilot flies from place to place."""
@@ -81,7 +81,8 @@ def lateness_of(a: Assessment) -> Lateness:
     given, motion = a.own_parameters, a.flight.motion
     none_s = np.zeros(len(motion.segments.item))
     circles = a.route.rows_of(StageKind.CIRCLE)
-    if a.autopilot is not Autopilot.STEP or (given is None and not circles):
+    is_calm = given is None and not circles and not _commands_climbs(a)
+    if a.autopilot is not Autopilot.STEP or is_calm:
         passed_s = np.zeros((len(none_s), 2))
         return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=passed_s)
     if given is None:
@@ -90,12 +91,15 @@ def lateness_of(a: Assessment) -> Lateness:
         # Nobody else flies circles: no faster than ArduPilot does as it is delivered.
         delivered = resolve_parameters(Autopilot.ARDUPILOT, model=a.vehicle).values
         circles_s, circled_by = _circling_longer_s(a, delivered, least=1.0 + OVERSHOOT)
-        little_s, _ = _circling_longer_s(a, delivered, least=1.0)
+        climbs_s, slowest = _commanded_longer_s(a, none_s, least=1.0 + OVERSHOOT)
+        little_s = _circling_longer_s(a, delivered, least=1.0)[0]
+        little_s += _commanded_longer_s(a, none_s, least=1.0)[0]
         return Lateness(
-            climbs_s=none_s,
+            climbs_s=climbs_s,
             circles_s=circles_s,
             ways_s=none_s,
             passed_s=_passed_s(motion, little_s),
+            slowest=slowest,
             circled_by=circled_by,
         )
     homeward = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
@@ -104,6 +108,10 @@ def lateness_of(a: Assessment) -> Lateness:
 
     def longer(least: float) -> tuple[FloatArray, FloatArray, FloatArray, Slower | None, str]:
         climbs_s, slowest = _longer(a, given, motion, returning, least=least)
+        commanded_s, slower = _commanded_longer_s(a, climbs_s, least=least)
+        climbs_s = climbs_s + commanded_s
+        if slower is not None and (slowest is None or slower.added_s > slowest.added_s):
+            slowest = slower
         circles_s, circled_by = _circling_longer_s(a, given, least=least)
         ways_s = _shaped_longer_s(a, own, climbs_s + circles_s, least=least)
         ways_s += _homeward_longer_s(a, given, least=least)
@@ -235,6 +243,53 @@ def _longer(
                 float(flown_m_s[most]),
             )
     return longer_s, slowest
+
+
+def _commands_climbs(a: Assessment) -> bool:
+    """Return whether the mission commands a speed of climbing or descending."""
+    return any(
+        stage.climb_speed_m_s or stage.descent_speed_m_s or stage.lands_at_m_s
+        for stage in a.route.stages
+    )
+
+
+def _commanded_longer_s(
+    a: Assessment, counted_s: FloatArray, *, least: float
+) -> tuple[FloatArray, Slower | None]:
+    """Return how much longer each segment takes at the climb and descent speeds that the mission commands.
+
+    Than ``counted_s`` has it besides; and what takes the most.  A landing is no slower than LAND_SPD.
+    """
+    motion, stages = a.flight.motion, a.route.stages
+    columns = motion.segments
+    if not _commands_climbs(a):
+        return np.zeros(len(counted_s)), None
+
+    def asked_m_s(name: str) -> FloatArray:
+        every = [getattr(stage, name) or math.nan for stage in stages]
+        return np.array([*every, math.nan])[motion.segment_stage]
+
+    is_landing = columns.state == STATE_INDEX[FlightState.LAND]
+    is_level = np.array([*(stage.kind is StageKind.LAND for stage in stages), False])
+    slow_m_s = 0.5 if a.own_parameters is None else a.own_parameters.land_speed_m_s
+    down_m_s = np.where(
+        is_landing,
+        np.maximum(asked_m_s("lands_at_m_s"), slow_m_s),
+        np.where(is_level[motion.segment_stage], math.nan, asked_m_s("descent_speed_m_s")),
+    )
+    limit_m_s = np.where(columns.climb_m > 0.0, asked_m_s("climb_speed_m_s"), down_m_s)
+    way_m = np.abs(columns.climb_m)
+    flown_m_s = way_m / np.maximum(columns.duration_s, 1e-9)
+    is_slower = limit_m_s * least < flown_m_s
+    takes_s = np.where(is_slower, way_m / limit_m_s, 0.0)
+    added_s = np.maximum(takes_s - columns.duration_s - counted_s, 0.0) * is_slower
+    if not added_s.any():
+        return added_s, None
+    most = int(np.argmax(added_s))
+    total_s = float(added_s.sum())
+    return added_s, Slower(
+        total_s, "DO_CHANGE_SPEED", float(limit_m_s[most]), float(flown_m_s[most])
+    )
 
 
 def _circling_longer_s(

@@ -65,16 +65,19 @@ def of(code: str, findings: tuple[Finding, ...]) -> list[Finding]:
 
 # The delay of 2.9 s and the lag of 9.5 s make about half a minute of 90 m: 3 m/s, not 0.1 nor 20.
 @pytest.mark.parametrize(
-    ("kind", "asked_m_s", "severity"),
+    ("kind", "asked_m_s", "battery_wh", "severities"),
     [
-        (3.0, 0.1, Severity.ERROR),
-        (3.0, 20.0, Severity.WARNING),
-        (2.0, 0.1, Severity.ERROR),
-        (2.0, 20.0, Severity.WARNING),
+        # 90 m at 0.1 m/s are 900 s of 130 W, 32 Wh; the flight takes some 10 Wh of 80 % of the battery.
+        (3.0, 0.1, 60.0, [Severity.WARNING]),
+        (3.0, 0.1, 40.0, [Severity.ERROR]),
+        (3.0, 20.0, 40.0, []),
+        (2.0, 0.1, 60.0, [Severity.WARNING]),
+        (2.0, 0.1, 40.0, [Severity.ERROR]),
+        (2.0, 20.0, 40.0, []),
     ],
 )
-def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_is_an_error(
-    kind: float, asked_m_s: float, severity: Severity
+def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_costs_its_time(
+    kind: float, asked_m_s: float, battery_wh: float, severities: list[Severity]
 ) -> None:
     heights = (100.0, 10.0) if kind == 3.0 else (10.0, 100.0)
     one = mission(
@@ -84,10 +87,41 @@ def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_is_an_e
         waypoint(100, heights[1]),
         rtl(),
     )
-    [reported] = of("T102", found(one))
-    assert (reported.severity, reported.item) == (severity, 4)
+    told = found(one, battery=Battery(capacity_wh=battery_wh))
+    [reported] = of("T102", told)
+    assert (reported.severity, reported.item) == (Severity.WARNING, 4)
+    assert [each.severity for each in of("E108", told)] == severities
     assert f"speed of {asked_m_s:.1f} m/s not modelled" in reported.message
     assert of("T102", found(one, ARDUPILOT)) == []
+
+
+@pytest.mark.parametrize("parameters", ["", "RTL_ALT,3000\n", "WPNAV_SPEED_UP,20\n"])
+def test_a_commanded_climb_counts_once_beside_that_of_the_parameters(parameters: str) -> None:
+    # 40 m at 0.1 m/s, whether the parameters let it climb at 0.2 m/s or say nothing of it.
+    climb = mission(
+        takeoff(20), waypoint(50, 20), speed(0.1, 2.0), waypoint(50, 60), waypoint(90, 60), rtl()
+    )
+    assessment = checked(replace(climb, autopilot=Autopilot.ARDUPILOT), parameters).assessment
+    assert assessment is not None
+    columns = assessment.flight.motion.segments
+    climbs = (columns.item == 4) & (columns.climb_m > 1.0)
+    later_s = assessment.lateness.climbs_s[climbs].sum()
+    assert columns.duration_s[climbs].sum() + later_s == pytest.approx(400.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("asked_m_s", "later_s"), [(0.2, 40.0), (1.0, 20.0), (9.0, 0.0)])
+def test_a_landing_that_has_begun_lasts_as_long_as_commanded(
+    asked_m_s: float, later_s: float
+) -> None:
+    # 20 m at 1 m/s, or at 0.5 m/s, as no landing of ArduPilot is slower; else as the step takes.
+    legs = (takeoff(20), waypoint(50, 20), speed(5.0), speed(asked_m_s, 3.0), rtl())
+    assessment = checked(replace(mission(*legs), autopilot=Autopilot.ARDUPILOT), "").assessment
+    assert assessment is not None
+    columns = assessment.flight.motion.segments
+    landing = (columns.state == STATE_INDEX[FlightState.LAND]) & (columns.climb_m < 0.0)
+    took_s = columns.duration_s[landing].sum()
+    counted_s = took_s + assessment.lateness.climbs_s[landing].sum()
+    assert counted_s == pytest.approx(max(later_s, took_s), rel=0.02)
 
 
 def test_a_vertical_speed_that_nothing_is_flown_at_is_not_told() -> None:

@@ -112,15 +112,15 @@ ITEM_NOT_MODELLED = Rule(
     summary="An item's effect on time and energy is not predicted.",
     why="Planners that count such items as nothing do so without a message (QGroundControl #6445 asks "
     "at least for a warning).",
-    how="The command is not among those whose flight is predicted; the message gives the assumption.  An "
+    how="The command is not among those whose flight is predicted; the message gives the assumption; what a "
+    "step-response model flies faster up or down than DO_CHANGE_SPEED allows costs its time (E108).  An "
     "error where the vehicle may fly elsewhere, wait or stop for it: arcs, NAV_SCRIPT_TIME, parachutes, "
     "auxiliary functions but those of what it carries, unknown commands; where a step-response model "
-    "flies a climb or descent faster on average than DO_CHANGE_SPEED allows; where it flies a spline "
-    "straight and there is a fence, a terrain or a limit of the site; where a gripper picks up a load "
-    "after the take-off and no --payload is given; where DO_SET_HOME moves home up between two places "
-    "that ArduPilot flies through, names a height but no place, or stands before the take-off of a "
-    "vehicle that arms in AUTO; where LOITER_TURNS counts below zero on ArduPilot, which flies one "
-    "without a radius as wide as the one before; at a DO_CHANGE_SPEED or a landing behind a "
+    "flies a spline straight and there is a fence, a terrain or a limit of the site; where a gripper "
+    "picks up a load after the take-off and no --payload is given; where DO_SET_HOME moves home up "
+    "between two places that ArduPilot flies through, names a height but no place, or stands before the "
+    "take-off of a vehicle that arms in AUTO; where LOITER_TURNS counts below zero on ArduPilot, which "
+    "flies one without a radius as wide as the one before; at a DO_CHANGE_SPEED or a landing behind a "
     "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE "
     "within 1 m of where the leg is over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
