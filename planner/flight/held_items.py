@@ -12,7 +12,7 @@ from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.commands import Command
 from planner.mission.route.queue import HELD_BACK, soonest
-from planner.mission.route.stage import LEVEL_FIRST, StageKind
+from planner.mission.route.stage import LEVEL_FIRST, FenceAction, StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.values import Value, replace
 
@@ -204,8 +204,10 @@ def _is_close(mission: Mission, one: HeldItem, every: Sequence[_Times]) -> bool:
     if len(fractions) < len(found):
         return bool(fractions)
     item = mission.items[one.item - 1]
-    is_placed = one.command is Command.DO_SET_HOME and item.param1 != _HERE
-    return not is_placed and max(fractions) - min(fractions) > _LEG_ERROR
+    is_here = item.param1 == _HERE or not (item.latitude_deg or item.longitude_deg)
+    if one.command is not Command.DO_SET_HOME or not is_here:
+        return False
+    return max(fractions) - min(fractions) > _LEG_ERROR
 
 
 def _settled(
@@ -213,7 +215,13 @@ def _settled(
 ) -> _Settled:
     """Return where an item is carried out by flights ``every`` that carry out at ``firings``."""
     if not _is_open(one, every):
-        return _Settled(item=one, fraction=every[0].fraction(one))
+        fraction = every[0].fraction(one)
+        if fraction is not None and one.command is Command.DO_FENCE_ENABLE:
+            # Where the leg may last longer it is on from the first place, and off from the last.
+            found = [at for at in (times.fraction(one) for times in every) if at is not None]
+            is_on = queued.mission.items[one.item - 1].param1 == FenceAction.ON
+            fraction = min(found) if is_on else max(found)
+        return _Settled(item=one, fraction=fraction)
     others = {visit: at for visit, at in firings.items() if visit != one.visit}
     return _as_it_takes_longest(queued, one.visit, others)
 
@@ -463,7 +471,10 @@ def _reported(
             elif at_s is None and _may_turn(one):
                 over = "the leg may be over before the turn is, or not"
             rule, severity = ITEM_NOT_MODELLED, Severity.ERROR
-            message = f"{_after(one)}, and {over}: whether it is carried out cannot be predicted"
+            is_placed = over == _over(one, every) and at_s is not None
+            is_placed &= all(each.fires_s(one) is not None for each in every)
+            what = "where" if is_placed else "whether"
+            message = f"{_after(one)}, and {over}: {what} it is carried out cannot be predicted"
         elif at_s is None:
             severity = Severity.WARNING
             message = f"{_after(one)}: never carried out, the leg is over after "

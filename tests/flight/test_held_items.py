@@ -620,3 +620,26 @@ def test_a_home_held_back_is_set_where_the_vehicle_is_by_then(wait_m: float, hom
     result = flown(*legs, rtl())
     assert result.assessment is not None
     assert result.assessment.route.stages[-1].north_m == pytest.approx(home_m, abs=5.0)
+
+
+# After 20 s it is 142 m along at 7.1 m/s, or as predicted some 160 m: the fence counts from the place that is
+# the worse one; where a home is set is not predicted.
+@pytest.mark.parametrize(
+    ("queued", "severities"),
+    [
+        (item(207, frame=2, params=(1.0, 0.0, 0.0, 0.0)), []),
+        (item(207, frame=2, params=(0.0, 0.0, 0.0, 0.0)), []),
+        (item(179, north(50), 0.0), []),
+        (item(179, 0.0, 0.0, longitude_deg=0.0, params=(1.0, 0.0, 0.0, 0.0)), [Severity.ERROR]),
+    ],
+)
+def test_a_fence_held_back_on_a_leg_that_may_last_longer_counts_from_the_worse_place(
+    queued: MissionItem, severities: list[Severity]
+) -> None:
+    legs = (takeoff(30), waypoint(20, 30, hold_s=1.0), delay(20.0), queued)
+    result = flown(*legs, waypoint(320, 30), waypoint(700, 30), rtl(), wind=NORTHER)
+    assert [s for s in not_known(result, 4) if s is Severity.ERROR] == severities
+    assert result.assessment is not None
+    for switch in result.assessment.route.fence_switches:
+        before = result.assessment.route.stages[switch.first_stage - 1]
+        assert (before.north_m - 20.0 < 143.0) is (switch.action == 1)
