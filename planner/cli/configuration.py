@@ -184,4 +184,9 @@ def common_settings(missions: Sequence[Mapping[str, Any]], cls: type[Declared]) 
             raise UsageError(msg)
         if (value := values.pop()) is not None:
             common[setting.key] = value
+    files = [file for mission in missions if (file := mission.get(SETTINGS_FILE)) is not None]
+    if files:
+        paths = ", ".join(dict.fromkeys(file.path for file in files))
+        texts = {key: text for file in files for key, text in file.values}
+        common[SETTINGS_FILE] = SettingsFile(path=paths, values=tuple(texts.items()))
     return common

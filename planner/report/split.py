@@ -46,7 +46,10 @@ _PART_KEYS = (
 
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
-    lines = [flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh)), ""]
+    lines = [flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh))]
+    if (file := split.whole.setup.settings_file) is not None:
+        lines.append(f"settings {printable(str(file))}")
+    lines.append("")
     heads = ("", "file", "flies", *(one.label.lower() for one in _SHOWN))
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")

@@ -73,6 +73,8 @@ def remarks(sweep: Sweep) -> list[str]:
         sorties = quantity.count(len(fleet.sorties), "sortie")
         what = f"{printable(fleet.source)}, {sorties} of {quantity.count(len(fleet.vehicles), 'vehicle')}"
     lines = [what, worked]
+    if (file := sweep.plan.setup.settings_file) is not None:
+        lines.append(f"settings {printable(str(file))}")
     if weather := sweep.plan.weather:
         lines.append(f"weather of {printable(weather.source)}, {len(weather.times)} rows")
         if weather.unused:

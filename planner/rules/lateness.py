@@ -10,7 +10,7 @@ import numpy as np
 from planner.autopilot import Autopilot, Target
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_own_pilot, step_speeds_m_s
-from planner.mission.route.stage import RETURN_STAGES, StageKind
+from planner.mission.route.stage import LEVEL_FIRST, RETURN_STAGES, StageKind
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -270,7 +270,8 @@ def _commanded_longer_s(
         return np.array([*every, math.nan])[motion.segment_stage]
 
     is_landing = columns.state == STATE_INDEX[FlightState.LAND]
-    is_level = np.array([*(stage.kind is StageKind.LAND for stage in stages), False])
+    # ArduPilot's PayloadPlace descends at the vehicle's own speed, as its landings do.
+    is_level = np.array([*(stage.kind in LEVEL_FIRST for stage in stages), False])
     slow_m_s = 0.5 if a.own_parameters is None else a.own_parameters.land_speed_m_s
     down_m_s = np.where(
         is_landing,

@@ -52,6 +52,14 @@ def test_the_table_says_what_each_part_flies(
     assert "parts written to across-parts" in said.err
 
 
+def test_settings_that_came_with_the_mission_are_named(
+    across: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mavjoule.toml").write_text('battery = "60Wh"\nreserve = 0.0\n', encoding="utf-8")
+    assert main(["split", across, "--vehicle", "falkowski-2023-quadrotor"]) == 0
+    assert "\nsettings from mavjoule.toml: battery 60Wh, reserve 0%\n" in capsys.readouterr().out
+
+
 def test_a_mission_no_leg_of_which_fits_ends_in_1_and_writes_nothing(
     across: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

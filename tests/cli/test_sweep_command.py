@@ -98,3 +98,19 @@ def test_missions_vary_by_name(mission: str, capsys: pytest.CaptureFixture[str])
     given = ["sweep", mission, "--battery", "12Wh", "--vary", f"mission={mission},other.plan"]
     assert main(given) == ExitCode.GO
     assert " of 2 cases" in capsys.readouterr().out
+
+
+def test_settings_that_came_with_missions_are_named(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mavjoule.toml").write_text('battery = "12Wh"\nrisk = 0.3\n', encoding="utf-8")
+    other = Path("site", "other.plan")
+    other.parent.mkdir()
+    other.write_bytes(Path(mission).read_bytes())
+    given = ["sweep", mission, "--vary", f"mission={mission},{other}"]
+    assert main(given) == ExitCode.GO
+    assert "settings from mavjoule.toml: battery 12Wh, risk 30%\n" in capsys.readouterr().out
+    Path("site", "mavjoule.toml").write_text('battery = "12Wh"\nrisk = 0.3\n', encoding="utf-8")
+    assert main([*given, "--risk", "5%"]) == ExitCode.GO
+    both = f"settings from mavjoule.toml, {Path('site', 'mavjoule.toml')}: battery 12Wh\n"
+    assert both in capsys.readouterr().out

@@ -124,6 +124,16 @@ def test_a_landing_that_has_begun_lasts_as_long_as_commanded(
     assert counted_s == pytest.approx(max(later_s, took_s), rel=0.02)
 
 
+def test_a_payload_is_set_down_at_the_speed_of_the_vehicle_not_the_commanded_one() -> None:
+    # ArduPilot's PayloadPlace descends by WPNAV_SPEED_DN: 60 m at 0.1 m/s would be 10 minutes.
+    legs = (takeoff(60), speed(0.1, 3.0), item(94, north(50), 60.0), waypoint(90, 60), rtl())
+    assessment = checked(replace(mission(*legs), autopilot=Autopilot.ARDUPILOT), "").assessment
+    assert assessment is not None
+    is_setting_down = assessment.flight.motion.segments.item == 3
+    assert is_setting_down.any()
+    assert assessment.lateness.climbs_s[is_setting_down].sum() < 60.0
+
+
 def test_a_vertical_speed_that_nothing_is_flown_at_is_not_told() -> None:
     # What follows is level, and a return and its landing are set in the vehicle.
     level = mission(takeoff(50), speed(0.1, 3.0), speed(0.1, 2.0), waypoint(300, 50), rtl())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from planner import __version__
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,12 +40,11 @@ class SweepPlan(Value, dict=True):
         """A mark of the content of each part: what differs has another."""
         varied = [(axis.text, axis.values) for axis in self.cases.axes]
         points = [(block.points, block.times) for block in self.cases.blocks]
+        setup = replace(self.setup, settings_file=None)  # its path depends on who calls from where
         return {
             "mavjoule": program_mark(),
             "the missions": _mark((self.missions, self.fleet)),
-            "the settings": _mark(
-                (self.setup, [list(one.items()) for one in self.loaded.values()])
-            ),
+            "the settings": _mark((setup, [list(one.items()) for one in self.loaded.values()])),
             "what varies": _mark((varied, points, self.cases.unchecked_times)),
         }
 
