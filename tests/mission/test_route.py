@@ -515,16 +515,57 @@ def test_a_home_moved_in_a_relative_frame_lies_above_the_one_before() -> None:
     found = route(takeoff(50), moved, waypoint(600, 50), rtl())
     assert found.stages[1].height_m == pytest.approx(90.0)
     assert found.stages[2].height_m == pytest.approx(40.0)
-    again = route(takeoff(50), moved, moved, waypoint(600, 50), rtl())
+    again = route(takeoff(50), moved, moved, waypoint(600, 50), rtl(), dialect=PX4)
     assert again.stages[1].height_m == pytest.approx(130.0)
 
 
 def test_a_second_home_moved_in_a_relative_frame_lies_above_the_first_one_moved() -> None:
     first = item(179, north(500), 40.0, frame=3)
     second = item(179, north(700), 25.0, frame=3)
-    found = route(takeoff(50), first, second, waypoint(800, 50), rtl())
-    assert found.stages[1].height_m == pytest.approx(50.0 + 40.0 + 25.0)
-    assert found.stages[2].height_m == pytest.approx(65.0)
+    found = route(takeoff(50), first, waypoint(600, 50), second, waypoint(800, 50), rtl())
+    assert found.stages[2].height_m == pytest.approx(50.0 + 40.0 + 25.0)
+    assert found.stages[3].height_m == pytest.approx(65.0)
+
+
+@pytest.mark.parametrize(
+    ("queue", "dialect", "leads_to_m", "begins"),
+    [
+        # Flown in SITL: behind another item home is set when the return has begun, to the old one.
+        ((), ARDUPILOT, 150.0, 2),
+        ((item(203, frame=2),), ARDUPILOT, 0.0, 2),
+        ((item(203, frame=2), waypoint(90, 20)), ARDUPILOT, 150.0, 3),  # a queue of its own
+        ((item(203, frame=2),), None, 0.0, 2),
+        ((item(203, frame=2),), PX4, 150.0, 2),  # one after the other
+    ],
+)
+def test_a_home_behind_another_item_of_the_queue_is_set_when_the_return_has_begun(
+    queue: tuple[MissionItem, ...], dialect: Autopilot | None, leads_to_m: float, begins: int
+) -> None:
+    home = item(179, north(150), 0.0, frame=3)
+    found = route(takeoff(20), waypoint(80, 20), *queue, home, rtl(), dialect=dialect)
+    assert found.stages[-1].north_m == pytest.approx(leads_to_m, abs=0.5)
+    [moved] = found.moved_homes
+    assert moved.first_stage == begins
+    assert moved.north_m == pytest.approx(150.0, abs=0.5)
+    assert not found.held  # nothing holds it back
+
+
+@pytest.mark.parametrize(
+    ("queue", "heights_m"),
+    [
+        ((), [30.0, 30.0, 50.0, 50.0]),
+        # Flown in SITL: 20.2 m at the next place, 49.3 m at that behind it.
+        ((item(203, frame=2),), [30.0, 30.0, 20.0, 50.0]),
+    ],
+)
+def test_a_place_keeps_the_height_above_the_home_that_counts_when_its_leg_begins(
+    queue: tuple[MissionItem, ...], heights_m: list[float]
+) -> None:
+    here = item(179, params=(1.0, 0.0, 0.0, 0.0), frame=2)
+    places = (waypoint(160, 20, hold_s=3), waypoint(200, 20, hold_s=2), rtl())
+    found = route(takeoff(30), waypoint(60, 30, hold_s=2), *queue, here, *places, dialect=ARDUPILOT)
+    assert heights(found)[:4] == heights_m
+    assert found.stages[-1].north_m == pytest.approx(60.0, abs=0.5)  # where that leg began
 
 
 def test_a_moved_home_moves_the_return_and_the_heights_above_home() -> None:

@@ -280,7 +280,7 @@ class MissionState(Position, kw_only=True, eq=False):
             self._carry_out(item)
             if len(self.stages) > begun:
                 self.conditions.clear()
-                if self.waiting:
+                if self.waiting and is_navigation(item.command):
                     self._fly_with_queue(begun, before)
         if is_navigation(item.command):
             self.queued = 0
@@ -300,9 +300,14 @@ class MissionState(Position, kw_only=True, eq=False):
         _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
 
     def _is_held_back(self, item: MissionItem) -> bool:
-        """Return whether an item is a condition or waits for one; PX4 flies no mission with them."""
+        """Return whether an item is a condition or waits for one; PX4 flies no mission with them.
+
+        A home that is not the first of the queue waits until its leg has begun.
+        """
         is_condition = item.command in CONDITIONS
-        if not (is_condition or self.conditions) or self.dialect is Autopilot.PX4:
+        is_late_home = item.command == Command.DO_SET_HOME and self.queued > 0
+        waits = is_condition or is_late_home or self.conditions
+        if not waits or self.dialect is Autopilot.PX4:
             return False
         if is_condition:
             self.conditions.append(condition_of(item, self.habits.turn_deg_s))
@@ -340,7 +345,7 @@ class MissionState(Position, kw_only=True, eq=False):
         last: list[tuple[HeldItem, MissionItem]] = []
         begin = 0.0
         for one, item in waiting:
-            fraction = self.firings.get(one.visit)
+            fraction = self.firings.get(one.visit) if one.conditions else 0.0
             if fraction is None:
                 continue
             if fraction >= 1.0 or (fraction > 0.0 and _acts_at_the_end(stage, one, item)):
@@ -376,7 +381,9 @@ class MissionState(Position, kw_only=True, eq=False):
             self._carry_out_held(one, item)
         self.number, self.place = own
         self.held += (
-            replace(one, first_stage=begun, last_stage=begun + parts) for one, _ in waiting
+            replace(one, first_stage=begun, last_stage=begun + parts)
+            for one, _ in waiting
+            if one.conditions
         )
 
     def _carry_out_held(self, one: HeldItem, item: MissionItem) -> None:
