@@ -658,7 +658,7 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
                 rule,
                 f"{'return' if item in _own_returns(a) else what} leaves {barriers[number].label}"
                 + (f" and later {quantity.count(others, 'other area')}" if others else "")
-                + f": {quantity.distance(stretch.distance_m)} outside the fence"
+                + f": {quantity.distance(stretch.distance_m)} flown outside the fence"
                 + (f", at {quantity.count(len(items), 'item')}" if len(items) > 1 else ""),
                 item=item,
                 stretch=stretch,
