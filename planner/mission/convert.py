@@ -15,7 +15,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OutputError, UsageError
 from planner.findings import Remarks, Rule, Severity
-from planner.mission.commands import Command
+from planner.mission.commands import TAKEOFFS, Command, is_navigation
 from planner.mission.formats.plan import PlanDocument, read_plan_text
 from planner.mission.formats.simple_item import is_complex
 from planner.mission.formats.wpl import read_wpl
@@ -401,10 +401,17 @@ def mission_at_speed(mission: Mission, speed_m_s: float) -> Mission:
     commanded = replace(
         bare_command(Command.DO_CHANGE_SPEED), param1=_GROUND_SPEED, param2=speed_m_s, param3=-1.0
     )
-    written = [[_changed(item, speed_m_s, dialect)] for item in mission.items]
+    kept = _of_returns(mission.items, dialect)
+    written = [
+        [item if number in kept else _changed(item, speed_m_s, dialect)]
+        for number, item in enumerate(mission.items, start=1)
+    ]
     if dialect is None:
-        for rows in written:
-            if rows[0].command == Command.DO_CHANGE_SPEED and rows[0].param1 not in _HORIZONTAL:
+        for number, rows in enumerate(written, start=1):
+            is_other = (
+                rows[0].command == Command.DO_CHANGE_SPEED and rows[0].param1 not in _HORIZONTAL
+            )
+            if is_other and number not in kept:
                 rows.append(commanded)
     first = _first_ungoverned(mission, dialect)
     if first is not None:
@@ -429,6 +436,25 @@ def _sets_level_speed(item: MissionItem, dialect: Autopilot | None) -> bool:
     return item.command == Command.DO_CHANGE_SPEED and (
         dialect is Autopilot.PX4 or item.param1 in _HORIZONTAL
     )
+
+
+def _of_returns(items: Sequence[MissionItem], dialect: Autopilot | None) -> set[int]:
+    """Return the items that only a return at the end comes behind, as ArduPilot flies: from 1.
+
+    It is flown at their speeds but the first's (``MissionState.is_speed_late``); no level leg is.
+    """
+    if dialect is Autopilot.PX4:
+        return set()
+    returning, others = set[int](), set[int]()
+    before, goes_on = others, False
+    for number in reversed(flown_order(tuple(items), dialect).visits):
+        command = items[number - 1].command
+        goes_on |= command in TAKEOFFS
+        if is_navigation(command):
+            ends = command == Command.NAV_RETURN_TO_LAUNCH and not goes_on
+            before = returning if ends else others
+        before.add(number)
+    return returning - others
 
 
 def _changed(item: MissionItem, speed_m_s: float, dialect: Autopilot | None) -> MissionItem:

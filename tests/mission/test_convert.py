@@ -298,6 +298,19 @@ def test_a_return_keeps_the_speed_of_the_vehicle() -> None:
     assert [stage.speed_m_s for stage in stages] == [None, 7.0, None]
 
 
+@pytest.mark.parametrize("autopilot", [Autopilot.ARDUPILOT, None])
+@pytest.mark.parametrize(
+    ("queue", "kept"), [((), [7.0]), ((3.0, 4.0), [7.0, 3.0, 4.0]), ((-2.0,), [7.0, -2.0])]
+)
+def test_the_speeds_that_a_return_is_flown_at_are_kept(
+    queue: tuple[float, ...], kept: list[float], autopilot: Autopilot | None
+) -> None:
+    # All but the first of the queue are carried out when the return has begun.
+    items = (takeoff(30.0), speed(5.0), waypoint(100.0, 30.0), *map(speed, queue), rtl())
+    made = replace(mission(*items), autopilot=autopilot)
+    assert [one[1] for one in commanded(mission_at_speed(made, 7.0))] == kept
+
+
 @pytest.mark.parametrize("wrong", [0.0, -3.0, float("nan"), float("inf"), 101.0])
 def test_a_speed_nothing_flies_at_is_refused(wrong: float) -> None:
     made = mission(takeoff(30.0), waypoint(100.0, 30.0), rtl())

@@ -85,11 +85,14 @@ def test_altitude_zero_keeps_the_height_on_ardupilot_and_is_zero_on_px4() -> Non
     assert heights(route(*items, dialect=PX4))[1] == 0.0
 
 
-def test_a_loiter_to_altitude_zero_goes_down_to_it_on_ardupilot() -> None:
+def test_a_loiter_to_altitude_zero_goes_down_to_it() -> None:
     # ModeAuto::do_loiter_to_alt: the place by loc_from_cmd, the altitude by the item itself; in simulation
     # from 30 m to 0 m.
     items = (takeoff(30), waypoint(100, 30), item(31, north(200), 0.0), rtl())
-    assert heights(route(*items, dialect=Autopilot.ARDUPILOT))[:3] == [30.0, 30.0, 0.0]
+    for dialect in (ARDUPILOT, PX4, None):
+        found = route(*items, dialect=dialect)
+        assert heights(found)[:3] == [30.0, 30.0, 0.0]
+        assert codes(found) == []
 
 
 def test_altitude_zero_in_the_air_is_told_where_it_does_not_mean_as_before() -> None:
@@ -479,6 +482,37 @@ def test_a_descent_speed_behind_another_item_is_that_of_a_landing_that_has_begun
 
 
 @pytest.mark.parametrize(
+    ("queue", "returns_at_m_s", "told"),
+    [
+        ((item(203, frame=2), speed(1.0)), 1.0, [Severity.WARNING]),
+        ((speed(1.0), item(203, frame=2)), None, []),  # the first, before it returns
+        ((item(203, frame=2), item(179, north(9), 0.0, frame=3)), None, [Severity.ERROR]),
+        ((item(179, north(9), 0.0, frame=3), item(203, frame=2)), None, []),
+    ],
+)
+def test_where_it_is_not_known_who_flies_a_return_is_flown_as_ardupilots_queue_has_it_and_told(
+    queue: tuple[MissionItem, ...], returns_at_m_s: float | None, told: list[Severity]
+) -> None:
+    items = (takeoff(20), waypoint(50, 20), *queue, rtl())
+    found = route(*items)
+    assert found.stages[-1].speed_m_s == returns_at_m_s
+    assert [one.severity for one in found.findings if "before a return" in one.message] == told
+    for known in (ARDUPILOT, PX4):
+        messages = [one.message for one in route(*items, dialect=known).findings]
+        assert not [one for one in messages if "before a return" in one]
+
+
+@pytest.mark.parametrize(("turns", "kept"), [(1.5, 1.0), (1.0, 1.0), (0.5, 0.5)])
+def test_where_it_is_not_known_who_flies_turns_are_kept_as_ardupilot_does(
+    turns: float, kept: float
+) -> None:
+    turning = item(18, north(100), 20.0, params=(turns, 0.0, 40.0, 0.0), frame=3)
+    found = route(takeoff(20), waypoint(50, 20), turning, rtl())
+    assert found.stages[2].turns == kept
+    assert ("M113" in codes(found)) is (kept != turns)
+
+
+@pytest.mark.parametrize(
     ("first", "height_m", "dialect", "is_here"),
     [
         # ArduCopter takes the present place for a first parameter of 1, or where all three numbers are 0
@@ -502,7 +536,7 @@ def test_a_home_with_a_height_but_no_place_is_not_here(
 def test_a_home_moved_into_the_air_does_not_lift_the_ground() -> None:
     """The landing would be some 50 m too short, on the side that runs a battery dry."""
     here = item(179, params=(1.0, 0.0, 0.0, 0.0), frame=2)
-    found = route(takeoff(50), waypoint(100, 50), here, waypoint(200, 10), rtl())
+    found = route(takeoff(50), waypoint(100, 50, hold_s=1), here, waypoint(200, 10), rtl())
     assert heights(found) == [50.0, 50.0, 60.0, 0.0]
     assert found.stages[3].north_m == pytest.approx(100.0, abs=0.1)
     [finding] = [f for f in found.findings if f.code == "T102"]
@@ -771,7 +805,7 @@ def test_turns_below_zero_are_what_the_board_makes_of_them(turns: float, *, is_e
     # cmd.p1 = MIN(255, packet.param1), into 16 bits without a sign: 0 on ARM, 253 turns of 255 m on x86.
     circle = item(18, north(200), 30.0, params=(turns, 0.0, 25.0, 0.0))
     flown = mission(takeoff(30), circle, rtl())
-    for dialect, told in ((Autopilot.ARDUPILOT, is_error), (None, False)):
+    for dialect, told in ((ARDUPILOT, is_error), (None, is_error), (PX4, False)):
         said = [f for f in make_route(flown, dialect=dialect).findings if f.code == "T102"]
         assert [f.severity for f in said if "without a sign" in f.message] == [
             Severity.ERROR
@@ -908,6 +942,7 @@ def test_ardupilot_stops_before_a_jump_to_what_is_not_flown_and_looks_on_behind_
         (40.0, 0.0, waypoint(900, 20), [Severity.ERROR]),
         (-40.0, 0.0, waypoint(900, 20), [Severity.WARNING]),  # it flies higher than predicted
         (0.4, 0.0, waypoint(900, 20), []),
+        (40.0, 0.9, waypoint(900, 20), [Severity.ERROR]),  # kept as 0 s
         (40.0, 1.0, waypoint(900, 20), []),  # it stops, and plans anew
         (40.0, 0.0, item(16, north(900), 480.0, frame=0), []),  # above the sea
         (40.0, 0.0, rtl(), []),
@@ -919,7 +954,8 @@ def test_a_home_that_moves_up_behind_a_place_flown_through_is_not_that_of_the_ne
     # ModeAuto::set_next_wp has handed the leg on before DO_SET_HOME is carried out.
     moved = item(179, north(100), up_m, frame=3)
     items = (takeoff(20), waypoint(100, 20, hold_s=hold_s), moved, onward, rtl())
-    for dialect, expected in ((ARDUPILOT, told), (PX4, [])):
+    # So, too, where it is not known who flies.
+    for dialect, expected in ((ARDUPILOT, told), (None, told), (PX4, [])):
         found = [f for f in route(*items, dialect=dialect).findings if "moves home" in f.message]
         assert [f.severity for f in found] == expected
 

@@ -32,6 +32,7 @@ from planner.mission.route.walk import (
     MissionState,
     VehicleHabits,
 )
+from planner.mission.storage import stored_hold_s
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -146,10 +147,10 @@ def _is_planned_already(state: MissionState, ahead: Iterable[MissionItem]) -> bo
     ``ModeAuto::set_next_wp`` hands the place after next on while the one before is flown to, as a place with
     an altitude; ``AC_WPNav::set_wp_destination`` then takes the leg that was planned to it.
     """
-    if state.dialect is not Autopilot.ARDUPILOT or not state.stages:
+    if state.dialect is Autopilot.PX4 or not state.stages:
         return False
     before = state.stages[-1]
-    if before.kind not in {StageKind.GO, StageKind.SPLINE} or before.hold_s:
+    if before.kind not in {StageKind.GO, StageKind.SPLINE} or stored_hold_s(before.hold_s):
         return False
     onward = next((item for item in ahead if is_navigation(item.command)), None)
     return onward is not None and onward.command in _FLOWN_ON_TO and onward.frame in RELATIVE_FRAMES

@@ -447,7 +447,23 @@ class MissionState(Position, kw_only=True, eq=False):
         self.height_m = self._home_ground_m()
         above_m = self.datum_m - self.height_m
         self._add(replace(self._returning(), above_ground_m=above_m, datum_m=self.datum_m))
+        self._remark_late_return()
         self.is_over = True
+
+    def _remark_late_return(self) -> None:
+        """Tell what the queue changes of a return on ArduPilot alone, where it is not known who flies."""
+        is_late = self.is_speed_late or self.is_climb_late or self.is_descent_late
+        leads_elsewhere = any(
+            one.command is Command.DO_SET_HOME and not one.conditions for one, _ in self.waiting
+        )
+        if self.dialect is None and (is_late or leads_elsewhere):
+            does = "leads to the home before" if leads_elsewhere else "is flown at their speeds"
+            self.remark(
+                ITEM_NOT_MODELLED,
+                "ArduPilot carries out all DO_ items before a return but the first when it has begun: it "
+                f"{does}, as predicted, with PX4 not so; name who flies it (--target, --params)",
+                severity=Severity.ERROR if leads_elsewhere else None,
+            )
 
     def _returning(self) -> Stage:
         """Return a return at the speeds set in the vehicle, or those the mission commands later.
@@ -543,7 +559,7 @@ class MissionState(Position, kw_only=True, eq=False):
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
         if turns > MOST_TURNS or abs(radius) > LARGEST_RADIUS_M:
             self.refuse(item, f"{quantity.count(turns, 'turn')} of {radius:g} m cannot be flown")
-        if self.dialect is Autopilot.ARDUPILOT:
+        if self.dialect is not Autopilot.PX4:  # which refuses circles
             if (item.param1 or 0.0) < 0.0:
                 message = (
                     f"{command_name(item.command)}: ArduPilot keeps its count of {item.param1:g} without a "
@@ -555,9 +571,7 @@ class MissionState(Position, kw_only=True, eq=False):
             written = f"{quantity.count(turns, 'turn')} of {radius:g} m"
             if (kept_turns, kept_radius) != (turns, radius):
                 self._remark_stored(item, written, f"{kept_turns:g} of {kept_radius:g} m")
-            turns, radius = kept_turns, kept_radius
-        if self.dialect is not Autopilot.PX4:
-            radius = self._circle_radius_m(item, radius)
+            turns, radius = kept_turns, self._circle_radius_m(item, kept_radius)
         follows = item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT
         ground_m = self._known_ground_m() if follows else None
         self._add(
@@ -707,13 +721,13 @@ class MissionState(Position, kw_only=True, eq=False):
             return
         elif kind == 2.0:
             self.climb_speed_m_s = speed
-            self.is_climb_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
+            self.is_climb_late = self.queued > 0
         elif kind == 3.0:
             self.descent_speed_m_s = speed
-            self.is_descent_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
+            self.is_descent_late = self.queued > 0
         elif kind in {0.0, 1.0}:
             self.speed_m_s = speed
-            self.is_speed_late = self.dialect is Autopilot.ARDUPILOT and self.queued > 0
+            self.is_speed_late = self.queued > 0
         else:
             message = f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
             self.remark(ITEM_NOT_MODELLED, message)
@@ -842,13 +856,15 @@ class MissionState(Position, kw_only=True, eq=False):
         self.remark(VALUE_STORED_OTHERWISE, message)
 
     def _height_to_m(self, item: MissionItem) -> float:
-        """Return the height above the first home that an item leads to; 0 in the air may mean 'as before'."""
-        if item.altitude_m == 0.0 and self.stages:
+        """Return the height above the first home that an item leads to; 0 in the air may mean 'as before'.
+
+        ``ModeAuto::do_loiter_to_alt`` takes the 0 as it is, when it is where it goes, as PX4 does.
+        """
+        is_as_before = item.altitude_m == 0.0 and item.command != Command.NAV_LOITER_TO_ALT
+        if is_as_before and self.stages:
             if self.dialect is Autopilot.ARDUPILOT:
-                # Where it goes it keeps its height; ModeAuto::do_loiter_to_alt then takes the 0 as it is.
-                if item.command != Command.NAV_LOITER_TO_ALT:
-                    return self.height_m
-            elif item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
+                return self.height_m
+            if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
                 return self._zero_height_m()
         return self.height_of_m(item)
 
