@@ -277,6 +277,17 @@ def test_speeds_of_the_mission_do_not_change_landings() -> None:
     assert time_s(fly(takeoff(), commanded)) == time_s(fly(takeoff(), land()))
 
 
+@pytest.mark.parametrize("up_m", [0.0, 40.0, 60.0])
+def test_a_landing_below_a_home_in_the_air_is_slow_from_land_alt_low_above_that(
+    up_m: float,
+) -> None:
+    # Mode::get_alt_above_ground_cm: above home; set there 60 m up, 167 s were flown, not 102 s.
+    motion = fly(takeoff(100.0), replace(land(), datum_m=up_m))
+    assert took_s(motion, 1) == pytest.approx(
+        STEP_S + landing_s(100.0, low=10.0 + up_m) + 2.1, abs=1e-6
+    )
+
+
 def test_a_landing_elsewhere_is_flown_to_level_first() -> None:
     motion = fly(takeoff(), land(500.0))
     assert took_s(motion, 1) == pytest.approx(leg_s(500.0) + landing_s(50.0) + 2.1, abs=1e-6)

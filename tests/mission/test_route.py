@@ -561,6 +561,37 @@ def test_a_second_home_moved_in_a_relative_frame_lies_above_the_first_one_moved(
     assert found.stages[3].height_m == pytest.approx(65.0)
 
 
+LAND_THERE, LAND_HERE = item(21, north(140), 0.0), item(21, 0.0, 0.0, longitude_deg=0.0)
+
+
+@pytest.mark.parametrize(
+    ("up_m", "behind", "onward", "is_told"),
+    [
+        # Flown in SITL: home set 60 m up, both climb to 120 m first.
+        (60.0, (), LAND_THERE, True),
+        (60.0, (), rtl(), True),
+        (60.0, (item(203, frame=2),), rtl(), True),  # carried out later, in the same loop
+        (60.0, (), LAND_HERE, False),
+        (60.0, (), waypoint(140, 0), True),
+        (60.0, (), waypoint(140, 20), False),
+        (60.0, (item(93, params=(1.0, 0.0, 0.0, 0.0), frame=2),), rtl(), False),  # a delay
+        (-20.0, (), rtl(), True),
+        (0.4, (), rtl(), False),
+    ],
+)
+def test_what_keeps_its_height_right_behind_a_home_moved_up_climbs_by_as_much(
+    up_m: float,
+    behind: tuple[MissionItem, ...],
+    onward: MissionItem,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    home = item(179, north(100), up_m, frame=3)
+    items = (takeoff(60), waypoint(100, 60, hold_s=2), home, *behind, onward)
+    for dialect, told in ((ARDUPILOT, is_told), (None, is_told), (PX4, False)):
+        found = [f for f in route(*items, dialect=dialect).findings if "comes next" in f.message]
+        assert [f.severity for f in found] == [Severity.ERROR] * told
+
+
 @pytest.mark.parametrize(
     ("queue", "dialect", "leads_to_m", "begins"),
     [
@@ -956,7 +987,7 @@ def test_a_home_that_moves_up_behind_a_place_flown_through_is_not_that_of_the_ne
     items = (takeoff(20), waypoint(100, 20, hold_s=hold_s), moved, onward, rtl())
     # So, too, where it is not known who flies.
     for dialect, expected in ((ARDUPILOT, told), (None, told), (PX4, [])):
-        found = [f for f in route(*items, dialect=dialect).findings if "moves home" in f.message]
+        found = [f for f in route(*items, dialect=dialect).findings if "flown through" in f.message]
         assert [f.severity for f in found] == expected
 
 

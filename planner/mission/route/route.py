@@ -12,6 +12,7 @@ from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame, distance_m
 from planner.mission.commands import (
+    LANDINGS,
     RELATIVE_FRAMES,
     TAKEOFFS,
     Command,
@@ -116,8 +117,8 @@ def make_route(
         state.follow(number, mission.items[number - 1], is_last=is_last)
         if state.datum_m != datum_m:
             ahead = (mission.items[n - 1] for n in order.visits[position + 1 :])
-            if _is_planned_already(state, ahead):
-                _remark_datum(state, state.datum_m - datum_m)
+            is_set_before = mission.items[number - 1].command == Command.DO_SET_HOME
+            _remark_datum(state, state.datum_m - datum_m, ahead, is_set_before=is_set_before)
     flown = len(state.stages)
     findings += (
         FLOWN_ELSEWHERE.finding(
@@ -139,7 +140,7 @@ def make_route(
     return replace(laid_out, return_height_m=mission.return_height_m)
 
 
-def _is_planned_already(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
+def _is_planned_already(state: MissionState, onward: MissionItem | None) -> bool:
     """Return whether ArduPilot has the next leg planned, above the home before, when home moves.
 
     Notes
@@ -152,23 +153,54 @@ def _is_planned_already(state: MissionState, ahead: Iterable[MissionItem]) -> bo
     before = state.stages[-1]
     if before.kind not in {StageKind.GO, StageKind.SPLINE} or stored_hold_s(before.hold_s):
         return False
-    onward = next((item for item in ahead if is_navigation(item.command)), None)
     return onward is not None and onward.command in _FLOWN_ON_TO and onward.frame in RELATIVE_FRAMES
 
 
-def _remark_datum(state: MissionState, change_m: float) -> None:
+def _remark_datum(
+    state: MissionState, change_m: float, ahead: Iterable[MissionItem], *, is_set_before: bool
+) -> None:
+    """Tell what ArduPilot flies next at a height by the home before; set on the way it is known by then."""
+    onward = next((item for item in ahead if is_navigation(item.command)), None)
+    change = quantity.height(abs(change_m))
+    way, does = ("up", "climbs") if change_m > 0.0 else ("down", "descends")
     if abs(change_m) < _SAME_LEVEL_M:
         return
-    way = "up" if change_m > 0.0 else "down"
-    state.remark(
-        ITEM_NOT_MODELLED,
-        f"DO_SET_HOME moves home {way} by {quantity.height(abs(change_m))} behind a place that is flown "
-        "through: ArduPilot flies the next leg above the home before, predicted above the new one; hold for "
-        "1 s at that place",
-        severity=Severity.ERROR
-        if change_m > 0.0
-        else Severity.WARNING,  # it flies lower, or higher
-    )
+    if _is_planned_already(state, onward):
+        state.remark(
+            ITEM_NOT_MODELLED,
+            f"DO_SET_HOME moves home {way} by {change} behind a place that is flown "
+            "through: ArduPilot flies the next leg above the home before, predicted above the new one; hold "
+            "for 1 s at that place",
+            severity=Severity.ERROR
+            if change_m > 0.0
+            else Severity.WARNING,  # it flies lower, or higher
+        )
+    elif is_set_before and _keeps_height(state, onward):
+        state.remark(
+            ITEM_NOT_MODELLED,
+            f"DO_SET_HOME moves home {way} by {change} where a landing, a return or an item of altitude 0 "
+            f"comes next: ArduPilot {does} by as much before it, which is not predicted; put a NAV_DELAY of "
+            "1 s behind it",
+            severity=Severity.ERROR,
+        )
+
+
+def _keeps_height(state: MissionState, onward: MissionItem | None) -> bool:
+    """Return whether ArduPilot sets out at the height it has, by the home before, when home moves.
+
+    Notes
+    -----
+    ``Copter::current_loc`` still holds the height above the home before when what comes next begins in the
+    same loop; ``ModeAuto::terrain_adjusted_location``, ``ModeRTL::compute_return_target`` and, where the
+    altitude is 0, ``ModeAuto::loc_from_cmd`` take it for that above the new one.
+    """
+    if state.dialect is Autopilot.PX4 or onward is None or not state.stages or state.has_landed:
+        return False
+    if onward.command == Command.NAV_RETURN_TO_LAUNCH:
+        return True
+    keeps = onward.command in LANDINGS | {Command.NAV_PAYLOAD_PLACE} or onward.altitude_m == 0.0
+    has_place = bool(onward.latitude_deg or onward.longitude_deg)
+    return keeps and has_place and onward.command not in TAKEOFFS
 
 
 def _plan_ahead(

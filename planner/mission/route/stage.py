@@ -101,7 +101,7 @@ class Stage(Value, kw_only=False, gc=False):
     gives_up_m: float = 0.0
     """Way down after which the vehicle carries its load back up where it met no ground; 0: never. [m]"""
     datum_m: float = 0.0
-    """Height above the first home of the home that counts during a return. [m]"""
+    """Height above the first home of the home that counts during a return or a landing. [m]"""
     return_ceiling_m: float | None = None
     """Height above that home at which the fence keeps a return; ``None``: as the parameters have it. [m]"""
     return_path: ReturnPath | None = None

@@ -118,7 +118,8 @@ ITEM_NOT_MODELLED = Rule(
     "auxiliary functions but those of what it carries, unknown commands; where a step-response model "
     "flies a spline straight and there is a fence, a terrain or a limit of the site; where a gripper "
     "picks up a load after the take-off and no --payload is given; where DO_SET_HOME moves home up "
-    "between two places that ArduPilot flies through, names a height but no place, or stands before the "
+    "between two places that ArduPilot flies through, up or down right before a landing, a return or an item "
+    "of altitude 0, names a height but no place, or stands before the "
     "take-off of a vehicle that arms in AUTO; where LOITER_TURNS counts below zero on ArduPilot, which "
     "flies one without a radius as wide as the one before; at a DO_CHANGE_SPEED or a landing behind a "
     "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE "
@@ -373,6 +374,7 @@ class MissionState(Position, kw_only=True, eq=False):
                 climb_speed_m_s=now.climb_speed_m_s,
                 descent_speed_m_s=now.descent_speed_m_s,
                 lands_at_m_s=self._lands_at_m_s(stage.kind, is_here=stage.is_here),
+                datum_m=self.datum_m if stage.kind is StageKind.LAND else stage.datum_m,
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
@@ -548,7 +550,7 @@ class MissionState(Position, kw_only=True, eq=False):
         is_here = not (item.latitude_deg or item.longitude_deg)
         lands_at_m_s = self._lands_at_m_s(StageKind.LAND, is_here=is_here)
         stage = self._stage(StageKind.LAND, yaw_deg=item.param4)
-        self._add(replace(stage, is_here=is_here, lands_at_m_s=lands_at_m_s))
+        self._add(replace(stage, is_here=is_here, lands_at_m_s=lands_at_m_s, datum_m=self.datum_m))
         self.is_over = True
 
     def circle(self, item: MissionItem) -> None:

@@ -249,6 +249,7 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
                 stages.place_m[land, 2],
                 parameters,
                 commanded_m_s=stages.lands_at_m_s[land],
+                datum_m=stages.datum_m[land],
                 wait_s=stages.hold_s[land],
             )
         )
