@@ -561,6 +561,30 @@ def test_a_second_home_moved_in_a_relative_frame_lies_above_the_first_one_moved(
     assert found.stages[3].height_m == pytest.approx(65.0)
 
 
+@pytest.mark.parametrize(
+    ("begun_m", "onward", "is_told"),
+    [
+        # AC_Circle::get_closest_point_on_circle: straight behind; flown in SITL, east where it came from.
+        (100.0, (item(21, 0.0, 0.0, longitude_deg=0.0),), True),
+        (101.0, (item(21, 0.0, 0.0, longitude_deg=0.0),), False),
+        (100.0, (item(179, params=(1.0, 0.0, 0.0, 0.0), frame=2), rtl()), True),
+        (100.0, (item(21, north(140), 0.0),), False),
+        (100.0, (waypoint(200, 20), item(21, 0.0, 0.0, longitude_deg=0.0)), False),
+        (100.0, (rtl(),), False),
+    ],
+)
+def test_here_behind_a_circle_begun_at_its_centre_is_no_go(
+    begun_m: float,
+    onward: tuple[MissionItem, ...],
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    circle = item(18, north(100), 20.0, params=(1.0, 0.0, 40.0, 0.0))
+    items = (takeoff(20), waypoint(begun_m, 20), circle, *onward)
+    for dialect in (ARDUPILOT, None):
+        found = [f for f in route(*items, dialect=dialect).findings if "centre" in f.message]
+        assert [f.severity for f in found] == [Severity.ERROR] * is_told
+
+
 LAND_THERE, LAND_HERE = item(21, north(140), 0.0), item(21, 0.0, 0.0, longitude_deg=0.0)
 
 

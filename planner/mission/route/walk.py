@@ -120,7 +120,8 @@ ITEM_NOT_MODELLED = Rule(
     "picks up a load after the take-off and no --payload is given; where DO_SET_HOME moves home up "
     "between two places that ArduPilot flies through, up or down right before a landing, a return or an item "
     "of altitude 0, names a height but no place, or stands before the "
-    "take-off of a vehicle that arms in AUTO; where LOITER_TURNS counts below zero on ArduPilot, which "
+    "take-off of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its "
+    "centre; where LOITER_TURNS counts below zero on ArduPilot, which "
     "flies one without a radius as wide as the one before; at a DO_CHANGE_SPEED or a landing behind a "
     "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE "
     "within 1 m of where the leg is over, and holds back a speed, a home or the fence.",
@@ -239,6 +240,8 @@ class MissionState(Position, kw_only=True, eq=False):
     is_over: bool = False
     is_behind_gate: bool = False
     """Whether a gate was the last item with a place."""
+    is_side_unknown: bool = False
+    """Whether a circle begun at its centre was the last item with a place."""
     circle_radius_m: float = 0.0
     """Radius of the circle before; 0: there is none. [m]"""
     moved_homes: list[HomePlace] = field(default_factory=list)
@@ -276,6 +279,7 @@ class MissionState(Position, kw_only=True, eq=False):
         """Fly one item; raise the error about one that holds a number no vehicle can fly."""
         self.number, self.place = number, item.place
         self.visit += 1
+        self._remark_unknown_side(item)
         if not self._is_held_back(item):
             begun, before = len(self.stages), (self.latitude_deg, self.longitude_deg, self.height_m)
             self._carry_out(item)
@@ -296,6 +300,24 @@ class MissionState(Position, kw_only=True, eq=False):
             message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
             severity = Severity.ERROR if is_px4 else Severity.WARNING
             self.remark(WAITS_FOR_EVER, message, severity=severity)
+
+    def _remark_unknown_side(self, item: MissionItem) -> None:
+        """Tell what is "here" behind a circle that was begun at its centre: on any side of it."""
+        goes, sets_home = is_destination(item.command), item.command == Command.DO_SET_HOME
+        if not self.is_side_unknown or not (goes or sets_home):
+            return
+        is_here = not (item.latitude_deg or item.longitude_deg) or (
+            sets_home and item.param1 == 1.0
+        )
+        if is_here:
+            message = (
+                f"{command_name(item.command)} here, behind LOITER_TURNS begun at its centre: ArduPilot "
+                "leaves that straight behind, by its heading, which is not predicted: give it a place, or "
+                "begin the circle beside its centre"
+            )
+            self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
+        elif goes:
+            self.is_side_unknown = False
 
     def _carry_out(self, item: MissionItem) -> None:
         _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
@@ -600,7 +622,8 @@ class MissionState(Position, kw_only=True, eq=False):
             from_deg[0] - self.latitude_deg,
             math.remainder(from_deg[1] - self.longitude_deg, 360.0) * east_deg,
         )
-        away = away / abs(away) if abs(away) > _AT_CENTRE_DEG else complex(-1.0, 0.0)
+        self.is_side_unknown = abs(away) <= _AT_CENTRE_DEG
+        away = complex(-1.0, 0.0) if self.is_side_unknown else away / abs(away)
         away *= cmath.rect(
             abs(radius_m) / _METRES_PER_DEGREE, math.copysign(math.tau * turns, radius_m)
         )
