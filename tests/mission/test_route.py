@@ -488,6 +488,10 @@ def test_a_descent_speed_behind_another_item_is_that_of_a_landing_that_has_begun
         ((speed(1.0), item(203, frame=2)), None, []),  # the first, before it returns
         ((item(203, frame=2), item(179, north(9), 0.0, frame=3)), None, [Severity.ERROR]),
         ((item(179, north(9), 0.0, frame=3), item(203, frame=2)), None, []),
+        # Less than half a metre off it is the home that there is.
+        ((item(203, frame=2), item(179, north(0.4), 0.4, frame=3)), None, []),
+        ((item(203, frame=2), item(179, north(0.6), 0.0, frame=3)), None, [Severity.ERROR]),
+        ((item(203, frame=2), item(179, north(0), 0.6, frame=3)), None, [Severity.ERROR]),
     ],
 )
 def test_where_it_is_not_known_who_flies_a_return_is_flown_as_ardupilots_queue_has_it_and_told(

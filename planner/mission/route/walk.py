@@ -11,6 +11,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
+from planner.geo.geodesy import distance_m
 from planner.mission.commands import (
     PARACHUTE_OFF,
     PARACHUTE_ON,
@@ -76,6 +77,8 @@ _METRES_PER_DEGREE = 111_319.0
 """Of latitude, as ArduPilot has it."""
 _AT_CENTRE_DEG = 0.5 / _METRES_PER_DEGREE
 """So near to a centre the vehicle is there. [°]"""
+_SAME_HOME_M = 0.5
+"""So near, and as high, a home is the one before. [m]"""
 
 ZERO_ALTITUDE = Rule(
     "A111 zero-altitude",
@@ -478,7 +481,8 @@ class MissionState(Position, kw_only=True, eq=False):
         """Tell what the queue changes of a return on ArduPilot alone, where it is not known who flies."""
         is_late = self.is_speed_late or self.is_climb_late or self.is_descent_late
         leads_elsewhere = any(
-            one.command is Command.DO_SET_HOME and not one.conditions for one, _ in self.waiting
+            one.command is Command.DO_SET_HOME and not one.conditions and self._is_elsewhere(item)
+            for one, item in self.waiting
         )
         if self.dialect is None and (is_late or leads_elsewhere):
             does = "leads to the home before" if leads_elsewhere else "is flown at their speeds"
@@ -488,6 +492,16 @@ class MissionState(Position, kw_only=True, eq=False):
                 f"{does}, as predicted, with PX4 not so; name who flies it (--target, --params)",
                 severity=Severity.ERROR if leads_elsewhere else None,
             )
+
+    def _is_elsewhere(self, item: MissionItem) -> bool:
+        """Return whether a DO_SET_HOME names another place, or height, than that of the present home."""
+        if item.param1 == 1.0 or not self.has_place(item):
+            return True
+        there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+        up_m = item.altitude_m or 0.0
+        if item.altitude_m is not None and item.frame not in RELATIVE_FRAMES:
+            up_m -= self.datum_m + (self.home_amsl_m or 0.0)
+        return float(distance_m(*self.home_deg, *there)) > _SAME_HOME_M or abs(up_m) > _SAME_HOME_M
 
     def _returning(self) -> Stage:
         """Return a return at the speeds set in the vehicle, or those the mission commands later.
