@@ -48,8 +48,6 @@ _LEFT_M = 0.1
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _SAME_S = 0.5
 """Flights that take so little longer take the same time. [s]"""
-_HERE = 1.0
-"""First parameter of a DO_SET_HOME to where the vehicle is."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -204,8 +202,7 @@ def _is_close(mission: Mission, one: HeldItem, every: Sequence[_Times]) -> bool:
     if len(fractions) < len(found):
         return bool(fractions)
     item = mission.items[one.item - 1]
-    is_here = item.param1 == _HERE or not (item.latitude_deg or item.longitude_deg)
-    if one.command is not Command.DO_SET_HOME or not is_here:
+    if one.command is not Command.DO_SET_HOME or not item.sets_home_here:
         return False
     return max(fractions) - min(fractions) > _LEG_ERROR
 

@@ -90,6 +90,16 @@ class MissionItem(Value, kw_only=False, gc=False):
     from its terrain, and has not done so yet. [m]"""
 
     @property
+    def names_place(self) -> bool:
+        """Whether it names a place: 0°, 0° is none."""
+        return bool(self.latitude_deg or self.longitude_deg)
+
+    @property
+    def sets_home_here(self) -> bool:
+        """Whether a DO_SET_HOME takes the place where the vehicle is: if asked to, and for want of one."""
+        return self.param1 == 1.0 or not self.names_place
+
+    @property
     def parameters(self) -> tuple[float | None, ...]:
         """All seven."""
         places = (self.latitude_deg, self.longitude_deg, self.altitude_m)

@@ -23,6 +23,7 @@ from planner.report.text import (
     headline,
     ledger_lines,
     printable,
+    settings_lines,
     table_lines,
 )
 
@@ -60,8 +61,7 @@ def comparison_text(
             f"{letter}  {printable(f'{result.file} {own}'.rstrip())}{example_remark(result)}"
         )
         lines.append(f"   {given_text(result)}")
-        if (settings := result.setup.settings_file) is not None:
-            lines.append(f"   settings {printable(str(settings))}")
+        lines += [f"   {line}" for line in settings_lines(result.setup)]
     rows = [
         ("", "A", "B", "B - A"),
         ("verdict", a.verdict_text, b.verdict_text, ""),

@@ -15,7 +15,13 @@ from planner.report.json import (
     value,
     values,
 )
-from planner.report.text import example_remark, not_checked_text, printable, table_lines
+from planner.report.text import (
+    example_remark,
+    not_checked_text,
+    printable,
+    settings_lines,
+    table_lines,
+)
 from planner.service.speed import FlownSpeed
 from planner.values import field_names
 
@@ -36,10 +42,7 @@ def speed_curve_text(curve: SpeedCurve) -> str:
     """Return the curve as a table and the speeds worth knowing as another."""
     vehicle = f"{printable(curve.vehicle_name)} ({printable(curve.vehicle_source)})"
     head = f"{printable(curve.file)} over the speed of its level legs, flown by {vehicle}"
-    lines = [f"{head}{example_remark(curve.whole)}"]
-    if (file := curve.whole.setup.settings_file) is not None:
-        lines.append(f"settings {printable(str(file))}")
-    lines.append("")
+    lines = [f"{head}{example_remark(curve.whole)}", *settings_lines(curve.whole.setup), ""]
     lines += table_lines([*_HEADS, *map(_row, curve.points)], alignment=_ALIGNMENT)
     edges = [name.replace("_", " ") for name in curve.edges()]
     marks = [

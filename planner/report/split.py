@@ -21,6 +21,7 @@ from planner.report.text import (
     finding_lines,
     not_checked_text,
     printable,
+    settings_lines,
     table_lines,
 )
 
@@ -46,10 +47,8 @@ _PART_KEYS = (
 
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
-    lines = [flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh))]
-    if (file := split.whole.setup.settings_file) is not None:
-        lines.append(f"settings {printable(str(file))}")
-    lines.append("")
+    flights = flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh))
+    lines = [flights, *settings_lines(split.whole.setup), ""]
     heads = ("", "file", "flies", *(one.label.lower() for one in _SHOWN))
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")

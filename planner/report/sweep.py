@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import catalogue, quantity
-from planner.report.text import printable, table_lines
+from planner.report.text import printable, settings_lines, table_lines
 from planner.service.sweep.axes import WIND_PARTS
 from planner.service.sweep.tally import LONGEST
 from planner.setting import declared
@@ -72,9 +72,7 @@ def remarks(sweep: Sweep) -> list[str]:
     if (fleet := sweep.plan.fleet) is not None:
         sorties = quantity.count(len(fleet.sorties), "sortie")
         what = f"{printable(fleet.source)}, {sorties} of {quantity.count(len(fleet.vehicles), 'vehicle')}"
-    lines = [what, worked]
-    if (file := sweep.plan.setup.settings_file) is not None:
-        lines.append(f"settings {printable(str(file))}")
+    lines = [what, worked, *settings_lines(sweep.plan.setup)]
     if weather := sweep.plan.weather:
         lines.append(f"weather of {printable(weather.source)}, {len(weather.times)} rows")
         if weather.unused:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from planner.flight.returns.tightest import ReturnPlan
     from planner.rules.ledger import LedgerEntry
     from planner.service.preflight import UnreadableMission
+    from planner.setup import Setup
 
 
 class Phase(Value, kw_only=False):
@@ -299,6 +300,12 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
     if (file := result.setup.settings_file) is not None:
         figures.append(("Settings", printable(str(file))))
     return figures
+
+
+def settings_lines(setup: Setup) -> list[str]:
+    """Return the line that names what a configuration file has set; none where it has set nothing."""
+    file = setup.settings_file
+    return [] if file is None else [f"settings {printable(str(file))}"]
 
 
 def example_remark(result: CheckResult | UnreadableMission) -> str:

@@ -167,8 +167,7 @@ def _home_mismatch(a: Assessment) -> Iterator[Finding]:
     for one in a.route.moved_homes:
         off_m = one.datum_m - one.ground_m
         item = a.mission.items[one.item - 1]
-        is_here = item.param1 == 1.0 or not (item.latitude_deg or item.longitude_deg)
-        if terrain is not None and not is_here and abs(off_m) > GRID_ERROR_M:
+        if terrain is not None and not item.sets_home_here and abs(off_m) > GRID_ERROR_M:
             side = "above" if off_m > 0.0 else "below"
             yield a.finding(
                 HOME_MISMATCH,

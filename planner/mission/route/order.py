@@ -320,7 +320,7 @@ def _effect_of(item: MissionItem) -> tuple[Hashable, Hashable]:
         return (item.command, item.param1), item.param2 or 0.0
     if item.command != Command.DO_SET_HOME:
         return item.command, item.param1 or 0.0
-    if item.param1 == 1.0 or not (item.latitude_deg or item.longitude_deg):
+    if item.sets_home_here:
         return item.command, None
     return item.command, (item.latitude_deg, item.longitude_deg, item.altitude_m)
 

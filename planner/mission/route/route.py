@@ -199,8 +199,7 @@ def _keeps_height(state: MissionState, onward: MissionItem | None) -> bool:
     if onward.command == Command.NAV_RETURN_TO_LAUNCH:
         return True
     keeps = onward.command in LANDINGS | {Command.NAV_PAYLOAD_PLACE} or onward.altitude_m == 0.0
-    has_place = bool(onward.latitude_deg or onward.longitude_deg)
-    return keeps and has_place and onward.command not in TAKEOFFS
+    return keeps and onward.names_place and onward.command not in TAKEOFFS
 
 
 def _plan_ahead(

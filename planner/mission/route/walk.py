@@ -309,10 +309,7 @@ class MissionState(Position, kw_only=True, eq=False):
         goes, sets_home = is_destination(item.command), item.command == Command.DO_SET_HOME
         if not self.is_side_unknown or not (goes or sets_home):
             return
-        is_here = not (item.latitude_deg or item.longitude_deg) or (
-            sets_home and item.param1 == 1.0
-        )
-        if is_here:
+        if item.sets_home_here if sets_home else not item.names_place:
             message = (
                 f"{command_name(item.command)} here, behind LOITER_TURNS begun at its centre: ArduPilot "
                 "leaves that straight behind, by its heading, which is not predicted: give it a place, or "
@@ -495,7 +492,7 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def _is_elsewhere(self, item: MissionItem) -> bool:
         """Return whether a DO_SET_HOME names another place, or height, than that of the present home."""
-        if item.param1 == 1.0 or not self.has_place(item):
+        if item.sets_home_here:
             return True
         there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
         up_m = item.altitude_m or 0.0
@@ -562,7 +559,7 @@ class MissionState(Position, kw_only=True, eq=False):
                 acceptance_radius_m=acceptance_radius_m,
                 yaw_deg=item.param4,
                 followed_ground_m=ground_m,
-                is_here=not (item.latitude_deg or item.longitude_deg),
+                is_here=not item.names_place,
                 follows_ground=bool(ground_m),
             )
         )
@@ -583,7 +580,7 @@ class MissionState(Position, kw_only=True, eq=False):
         self._remark_gate("how PX4 lands behind a CONDITION_GATE")
         self.move_to(item)
         self.height_m = self.ground_m()
-        is_here = not (item.latitude_deg or item.longitude_deg)
+        is_here = not item.names_place
         lands_at_m_s = self._lands_at_m_s(StageKind.LAND, is_here=is_here)
         stage = self._stage(StageKind.LAND, yaw_deg=item.param4)
         self._add(replace(stage, is_here=is_here, lands_at_m_s=lands_at_m_s, datum_m=self.datum_m))
@@ -787,9 +784,8 @@ class MissionState(Position, kw_only=True, eq=False):
         self.homes_deg.append(self.home_deg)
 
     def _move_home(self, item: MissionItem) -> None:
-        is_unset = not (item.latitude_deg or item.longitude_deg)
         if (
-            is_unset
+            not item.names_place
             and item.altitude_m
             and item.param1 != 1.0
             and self.dialect is not Autopilot.PX4
