@@ -22,7 +22,6 @@ from planner.flight.motion.steps import StepLegs, StepSpeeds, fly_step_reference
 from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
-from planner.mission.route.queue import TURN_DEG_S
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import VehicleHabits
 from planner.physics.response import farthest_stop_s
@@ -70,6 +69,8 @@ _CONTINUE_AFTER_LAND, _KEEP_COUNTS = 4, 8
 """Bits of ArduPilot's MIS_OPTIONS."""
 _COUNTS_ANEW = (4, 7)
 """The version of ArduCopter from which on a jump counts anew (ArduPilot #29763)."""
+_CIRCLES_BY_RATE = (4, 7)
+"""The version of ArduCopter whose circles go by CIRCLE_RATE alone; later ones are not known."""
 _BISECTIONS = 60
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
@@ -215,14 +216,27 @@ def is_of_ardupilot(parameters: FlightParameters | None) -> TypeIs[ArduPilotPara
 
 def habits_of(parameters: FlightParameters | None, target: Target | None) -> VehicleHabits:
     """Return how a vehicle carries out items, by its parameters and the version it runs."""
-    return VehicleHabits(
+    habits = VehicleHabits(
         continues_after=_continues_after(parameters),
         payload_waits_s=_payload_waits_s(parameters),
         keeps_counts=_keeps_jump_counts(parameters, target),
-        turn_deg_s=math.degrees(parameters.yaw_rate_rad_s)
-        if is_of_ardupilot(parameters)
-        else TURN_DEG_S,
+        circles_by_rate=_circles_by_rate(target),
     )
+    if not is_of_ardupilot(parameters):
+        return habits
+    return replace(
+        habits,
+        turn_deg_s=math.degrees(parameters.yaw_rate_rad_s),
+        circle_radius_m=parameters.circle_radius_m,
+        circles_clockwise=parameters.circle_rate_rad_s >= 0.0,
+    )
+
+
+def _circles_by_rate(target: Target | None) -> bool | None:
+    """Return whether circles are flown as by 4.7; ``None``: not known, nor of later ones."""
+    if target is None or target.version is None or target.version > _CIRCLES_BY_RATE:
+        return None
+    return target.version == _CIRCLES_BY_RATE
 
 
 def _continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:

@@ -306,12 +306,12 @@ def _circling_longer_s(
     for stage, done in zip(a.route.stages, a.flight.motion.done_segment.tolist(), strict=True):
         if stage.kind is not StageKind.CIRCLE:
             continue
-        size_m = abs(stage.radius_m) or given.circle_radius_m
+        size_m = abs(stage.radius_m)
         speed_m_s = speeds.of(stage)
         own = CircleTask.of(
             size_m, stage.turns, start_m=size_m, speed_m_s=speed_m_s, parameters=given, drag=0.0
         )
-        counted_s = stage.turns * 2.0 * math.pi * abs(stage.radius_m) / speed_m_s
+        counted_s = stage.turns * 2.0 * math.pi * size_m / speed_m_s
         if own.duration_s > least * counted_s:
             longer_s[done] += own.duration_s - counted_s
             if own.rate_rad_s < abs(given.circle_rate_rad_s):

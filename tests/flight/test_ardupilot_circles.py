@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 from ardupilot_missions import DEFAULTS, ends, fly, go, home, stage, states, takeoff, time_s, took_s
 from ardupilot_times import leg_s
+from made_missions import item, mission, north
+from made_missions import takeoff as takeoff_to
 
+from planner.autopilot import Autopilot, Target
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
+from planner.flight.pilot import habits_of
+from planner.mission.route.route import make_route
 from planner.mission.route.stage import StageKind
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.parameters.resolve import resolve_parameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
@@ -75,11 +82,11 @@ def test_circles_are_as_fast_as_their_rate_and_half_the_acceleration_allow(
 
 
 def test_circles_turn_clockwise_and_the_other_way_for_a_negative_radius() -> None:
-    for radius, north in ((20.0, -1.0), (-20.0, 1.0)):
+    for radius, way in ((20.0, -1.0), (-20.0, 1.0)):
         motion = fly(takeoff(), go(20.0, hold=1.0), stage(StageKind.CIRCLE, turns=1, radius=radius))
         begun = float(motion.segments.end_s[motion.done_segment[1]])
         state = motion.state_at_time(np.array([begun + 1.0]))
-        assert np.sign(state.north_m_s[0]) == north  # east of the centre, northwards or southwards
+        assert np.sign(state.north_m_s[0]) == way  # east of the centre, northwards or southwards
 
 
 def radius_m(motion: Motion, time_s: float) -> float:
@@ -173,23 +180,44 @@ def test_a_circle_at_no_rate_ends_at_its_edge() -> None:
     assert motion.segments.distance_m.sum() == pytest.approx(80.0 + 80.0, abs=1e-6)
 
 
-def test_circle_radius_is_used_where_the_item_has_none() -> None:
-    motion = fly(
-        takeoff(),
-        stage(StageKind.CIRCLE, 100.0, turns=1),
-        parameters=ArduPilotParameters(circle_radius_m=30.0),
-    )
-    assert motion.segments.distance_m[: motion.arrival_segment[1]].sum() == pytest.approx(
-        70.0, abs=0.1
-    )
-
-
 def test_a_circle_without_any_radius_is_a_turn_on_the_spot() -> None:
     motion = fly(
         takeoff(),
         stage(StageKind.CIRCLE, turns=2),
-        parameters=ArduPilotParameters(circle_radius_m=0.0, circle_rate_rad_s=0.5),
+        parameters=ArduPilotParameters(circle_rate_rad_s=0.5),
     )
     assert states(motion)[-1] == "hover"
     # The rate of 0.5 is reached within a second: half a second more.
     assert motion.segments.duration_s[-1] == pytest.approx(4 * math.pi / 0.5 + 0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "version", "radius_m"),
+    [
+        ("CIRCLE_RADIUS,3000\n", (4, 6), 30.0),
+        ("CIRCLE_RADIUS_M,30\n", (4, 7), 0.0),
+        ("CIRCLE_RADIUS_M,30\n", (4, 8), 30.0),
+        ("", (4, 6), 10.0),
+    ],
+)
+def test_circle_radius_is_used_where_the_item_has_none_but_by_4_7(
+    text: str, version: tuple[int, int], radius_m: float
+) -> None:
+    target = Target(Autopilot.ARDUPILOT, version)
+    file = parameters_from_text(text.encode(), source="p.param") if text else None
+    given = resolve_parameters(Autopilot.ARDUPILOT, file=file, version=version).values
+    circle = item(18, north(100), 30.0, params=(1.0, 0.0, 0.0, 0.0))
+    habits = habits_of(given, target)
+    route = make_route(mission(takeoff_to(20), circle), dialect=Autopilot.ARDUPILOT, habits=habits)
+    assert route.stages[1].radius_m == radius_m
+
+
+@pytest.mark.parametrize("rate_deg_s", [15, -15])
+def test_circles_of_4_7_go_round_by_the_sign_of_circle_rate(rate_deg_s: int) -> None:
+    target = Target(Autopilot.ARDUPILOT, (4, 7))
+    file = parameters_from_text(b"CIRCLE_RATE,%d\n" % rate_deg_s, source="p.param")
+    given = resolve_parameters(Autopilot.ARDUPILOT, file=file, version=(4, 7)).values
+    circle = item(18, north(100), 30.0, params=(1.0, 0.0, -20.0 if rate_deg_s > 0 else 20.0, 0.0))
+    habits = habits_of(given, target)
+    route = make_route(mission(takeoff_to(20), circle), dialect=Autopilot.ARDUPILOT, habits=habits)
+    assert route.stages[1].radius_m == math.copysign(20.0, rate_deg_s)

@@ -805,7 +805,8 @@ def test_no_circle_is_flown_faster_than_ardupilot_flies_it(
     result = checked(turns, parameters)
     assert result.assessment is not None
     later_s = float(result.assessment.lateness.circles_s.sum())
-    flown_s = 20.0 * 2.0 * math.pi * radius_m / 10.0
+    # Without a radius it is CIRCLE_RADIUS, 10 m as delivered.
+    flown_s = 20.0 * 2.0 * math.pi * (radius_m or 10.0) / 10.0
     assert later_s == pytest.approx(20.0 * turn_s - flown_s, abs=2.0)
     told = [one for one in of("E108", result.findings) if "circles take longer" in one.message]
     assert bool(told) is (later_s > 2.0)

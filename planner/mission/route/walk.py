@@ -124,8 +124,10 @@ ITEM_NOT_MODELLED = Rule(
     "between two places that ArduPilot flies through, up or down right before a landing, a return or an item "
     "of altitude 0, names a height but no place, or stands before the "
     "take-off of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its "
-    "centre; where LOITER_TURNS counts below zero on ArduPilot, which "
-    "flies one without a radius as wide as the one before; at a DO_CHANGE_SPEED or a landing behind a "
+    "centre; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 "
+    "flies one without a radius as wide as the one before, 4.7 on the spot; where it has a part of a turn, "
+    "which 4.7 flies to the side of CIRCLE_RATE's sign, others to that of the radius, and the version is "
+    "unknown; at a DO_CHANGE_SPEED or a landing behind a "
     "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE "
     "within 1 m of where the leg is over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
@@ -229,6 +231,13 @@ class VehicleHabits(Value):
     """Whether it keeps the count of a jump that was counted to its end; ``None``: not known."""
     turn_deg_s: float = TURN_DEG_S
     """How fast it turns to a heading that holds items back. [° s⁻¹]"""
+    circles_by_rate: bool | None = None
+    """Whether it circles as ArduCopter 4.7 does: which way round by the sign of CIRCLE_RATE, on the spot
+    where the item has no radius; ``None``: not known."""
+    circle_radius_m: float = 10.0
+    """Radius of circles whose items have none, nor has one before. [m]"""
+    circles_clockwise: bool = True
+    """Whether CIRCLE_RATE is positive."""
 
 
 AS_DELIVERED = VehicleHabits()
@@ -606,7 +615,7 @@ class MissionState(Position, kw_only=True, eq=False):
             written = f"{quantity.count(turns, 'turn')} of {radius:g} m"
             if (kept_turns, kept_radius) != (turns, radius):
                 self._remark_stored(item, written, f"{kept_turns:g} of {kept_radius:g} m")
-            turns, radius = kept_turns, self._circle_radius_m(item, kept_radius)
+            turns, radius = kept_turns, self._flown_radius_m(item, kept_radius, kept_turns)
         follows = item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT
         ground_m = self._known_ground_m() if follows else None
         self._add(
@@ -641,11 +650,43 @@ class MissionState(Position, kw_only=True, eq=False):
         self.latitude_deg += away.real
         self.longitude_deg += away.imag / east_deg
 
-    def _circle_radius_m(self, item: MissionItem, radius_m: float) -> float:
-        """Return the radius of a circle: where it has none, that of the one before.
+    def _flown_radius_m(self, item: MissionItem, radius_m: float, turns: float) -> float:
+        """Return the radius that ArduPilot gives a circle, negative for counter-clockwise; 0: on the spot.
 
-        As ArduPilot flies (``ModeAuto::circle_movetoedge_start`` leaves that of ``AC_Circle`` as it is).
+        Notes
+        -----
+        ``ModeAuto::circle_movetoedge_start`` and ``circle_start``.  Until 4.6 the direction is the item's,
+        and ``AC_Circle`` keeps its radius where the item has none; 4.7 takes 0 as it is, and turns by
+        CIRCLE_RATE: ``AC_Circle::get_rate_degs`` returns that, no longer the rate whose sign was set.
+        Flown with 4.7.0-dev: clockwise for a radius of -20 m, and on the spot behind it for 0.
         """
+        habits = self.habits
+        if radius_m == 0.0 and habits.circles_by_rate:
+            return 0.0
+        asked_m = self._circle_radius_m(item, radius_m)
+        by_rate_m = math.copysign(asked_m, 1.0 if habits.circles_clockwise else -1.0)
+        if habits.circles_by_rate is False or by_rate_m == asked_m:
+            return asked_m
+        way = "clockwise" if habits.circles_clockwise else "counter-clockwise"
+        message = (
+            f"{command_name(item.command)}: ArduCopter 4.7 turns {way}, by the sign of CIRCLE_RATE"
+        )
+        if habits.circles_by_rate:
+            self.remark(
+                ITEM_NOT_MODELLED, f"{message}, not by the item's radius, and is predicted so"
+            )
+            return by_rate_m
+        is_part = turns % 1.0 != 0.0
+        self.remark(
+            ITEM_NOT_MODELLED,
+            f"{message}, others by the item's radius, as predicted"
+            + (": give the version with --target" if is_part else ""),
+            severity=Severity.ERROR if is_part else Severity.WARNING,
+        )
+        return asked_m
+
+    def _circle_radius_m(self, item: MissionItem, radius_m: float) -> float:
+        """Return the radius of a circle until ArduCopter 4.6: where it has none, that of the one before."""
         if radius_m == 0.0 and self.circle_radius_m > 0.0:
             before = quantity.distance(self.circle_radius_m)
             message = (
@@ -654,7 +695,7 @@ class MissionState(Position, kw_only=True, eq=False):
             self.remark(ITEM_NOT_MODELLED, message + "circle before")
             return self.circle_radius_m
         self.circle_radius_m = abs(radius_m)
-        return radius_m
+        return radius_m or self.habits.circle_radius_m
 
     @property
     def _in_air(self) -> bool:

@@ -188,8 +188,6 @@ def stage_columns(
     home = is_kind(kind, *RETURN_STAGES)
     speed[home] = column("speed_m_s", parameters.return_speed_m_s)[home]
     hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
-    # What the mission store makes of them is in the route already.
-    radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
     rise, lowered = np.zeros((2, len(stages)))
     for row in np.flatnonzero(is_kind(kind, *_LOWERS)).tolist():
         rise[row], lowered[row] = _rise_m(stages[row]), stages[row].lowered_m
