@@ -35,9 +35,9 @@ def test_a_jump_forward_leaves_items_out() -> None:
 
 
 def test_an_inner_loop_is_not_started_anew_by_an_outer_one() -> None:
-    # Both autopilots count jumps for the whole mission, see planner/mission/route/route.py.
-    flown = order(takeoff(10), waypoint(1, 10), jump(2, 1), waypoint(2, 10), jump(2, 1))
-    assert flown == (1, 2, 3, 2, 3, 4, 5, 2, 3, 4, 5)
+    # PX4 counts jumps for the whole mission, and ArduPilot until 4.6.
+    items = (takeoff(10), waypoint(1, 10), jump(2, 1), waypoint(2, 10), jump(2, 1))
+    assert order(*items, dialect=Autopilot.PX4) == (1, 2, 3, 2, 3, 4, 5, 2, 3, 4, 5)
 
 
 CAMERA, SLOW, FENCE_OFF = (
@@ -58,6 +58,14 @@ def test_ardupilot_carries_out_what_stands_behind_a_jump_a_lap_early(laps: int) 
     warned = [f for f in found.findings if f.severity is Severity.WARNING]
     assert [(f.code, f.item) for f in warned] == [("T123", 5), ("T123", 6)]
     assert order(*items, dialect=Autopilot.PX4) == (1, *lap * (laps + 1), 5, 6, 7)
+    # Of a text whose autopilot is unknown ArduPilot's order counts, and nobody knows that it does.
+    unknown = flown_order(mission(*items).items, None, keeps_counts=True)
+    assert unknown.visits == found.visits
+    assert [(f.severity, f.item) for f in unknown.findings] == [
+        (Severity.ERROR, 5),
+        (Severity.ERROR, 6),
+    ]
+    assert all("name who flies it" in one.message for one in unknown.findings)
 
 
 def test_without_an_item_before_the_jump_what_stands_behind_it_waits_for_the_loop() -> None:

@@ -47,7 +47,8 @@ CARRIED_OUT_EARLY = Rule(
     "anew behind the loop (#29763): that look then leads to the head of the loop.",
     how="DO_CHANGE_SPEED, DO_SET_HOME or DO_FENCE_ENABLE that AP_Mission finds on its look for DO_ items and "
     "not on the way to the next place, or the other way round: predicted as ArduPilot does it.  An error "
-    "where that differs between versions and neither --target nor the parameter file names one; and "
+    "where that differs between versions and neither --target nor the parameter file names one; where the "
+    "autopilot is unknown, which may be ArduPilot; and "
     "where a loop without a place in it has items carried out in turn for as long as the next leg lasts, "
     "each undoing the other.",
     fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
@@ -97,16 +98,22 @@ def flown_order(
     """Return in which order items are reached, from the first to the end or once round an endless loop.
 
     PX4 has no jump tags.  ArduPilot counts a jump anew once it was counted to its end, unless it
-    ``keeps_counts``; ``None``: it is not known whether it does.
+    ``keeps_counts``; ``None``: it is not known whether it does.  Where the autopilot is unknown ArduPilot's
+    order counts: what it carries out elsewhere than the list says is told.
     """
     if not any(item.command in JUMPS for item in items):
         return FlownOrder(visits=tuple(range(1, len(items) + 1)))
     targets, findings = _targets(items, dialect)
-    if dialect is Autopilot.ARDUPILOT:
-        order = _Searches(items, targets, counts_anew=keeps_counts is not True).order()
+    if dialect is not Autopilot.PX4:
+        # PX4 takes a count of 40,000 as it is, ArduPilot as none: of unknown ones the longer.
+        repeats_of = _kept_repeats if dialect is Autopilot.ARDUPILOT else _repeats
+        repeats = {at: repeats_of(items[at]) for at in targets}
+        order = _Searches(items, targets, repeats, counts_anew=keeps_counts is not True).order()
         if keeps_counts is None:
-            kept = _Searches(items, targets, counts_anew=False).order()
+            kept = _Searches(items, targets, repeats, counts_anew=False).order()
             order = replace(order, findings=_of_both(order.findings, kept.findings))
+        if dialect is None:
+            order = replace(order, findings=tuple(map(_of_one_autopilot, order.findings)))
     else:
         order = _in_turn(items, targets)
     findings += order.findings
@@ -158,10 +165,16 @@ class _Searches:
     """
 
     def __init__(
-        self, items: tuple[MissionItem, ...], targets: Mapping[int, int], *, counts_anew: bool
+        self,
+        items: tuple[MissionItem, ...],
+        targets: Mapping[int, int],
+        repeats: Mapping[int, int],
+        *,
+        counts_anew: bool,
     ) -> None:
         self.items = items
         self.targets = targets
+        self.repeats = repeats
         self.counts_anew = counts_anew
         self.taken: dict[int, int] = {}
         self.closing: int | None = None
@@ -250,7 +263,7 @@ class _Searches:
         target = self.targets.get(at)
         if target is None:  # leads nowhere: predicted without it
             return at + 1
-        repeats, taken = _kept_repeats(self.items[at]), self.taken.get(at, 0)
+        repeats, taken = self.repeats[at], self.taken.get(at, 0)
         if repeats in _ENDLESS:
             if counts and target <= at:
                 self.is_closed = self.closing == at
@@ -325,6 +338,12 @@ def _effect_of(item: MissionItem) -> tuple[Hashable, Hashable]:
     return item.command, (item.latitude_deg, item.longitude_deg, item.altitude_m)
 
 
+def _of_one_autopilot(found: Finding) -> Finding:
+    """Return a finding on what ArduPilot does elsewhere, where it is not known who flies."""
+    message = f"ArduPilot: {found.message}, with PX4 not so; name who flies it (--target, --params)"
+    return replace(found, message=message, severity=Severity.ERROR)
+
+
 def _of_both(anew: Sequence[Finding], kept: Sequence[Finding]) -> tuple[Finding, ...]:
     """Return the findings of either way to count; what is of one of them alone is an error."""
     of_kept, of_anew = ({one.message for one in found} for found in (kept, anew))
@@ -394,6 +413,6 @@ def _kept_repeats(item: MissionItem) -> int:
 
 
 def _repeats(item: MissionItem) -> int:
-    """Return how often another autopilot takes a jump; any negative count is endless."""
+    """Return how often PX4 takes a jump, and an unknown autopilot at most; any negative count is endless."""
     repeats = 0.0 if item.param2 is None else item.param2
     return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
