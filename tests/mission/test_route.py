@@ -102,6 +102,9 @@ def test_altitude_zero_in_the_air_is_told_where_it_does_not_mean_as_before() -> 
     unknown = route(*items)
     assert codes(unknown) == ["A111"]
     assert heights(unknown)[1] == 20.0
+    # Whoever flies it may lead it to the ground, and nothing below looks there.
+    assert [one.severity for one in unknown.findings if one.code == "A111"] == [Severity.ERROR]
+    assert codes(route(takeoff(20), waypoint(100, 0.001), rtl())) == []
 
 
 def test_an_amsl_altitude_that_is_not_above_home_is_an_error() -> None:

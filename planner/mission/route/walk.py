@@ -86,7 +86,8 @@ ZERO_ALTITUDE = Rule(
     summary="An item the vehicle flies to has the altitude 0.",
     why="To ArduPilot 0 means 'as before', in any frame; PX4 flies to the level of home or of the "
     "sea.  The same file means two flights.",
-    how="The altitude of an item in the air is 0, and it is not flown as ArduPilot would.",
+    how="The altitude of an item in the air is 0, and it is not flown as ArduPilot would.  An error where "
+    "the autopilot is unknown: it may fly into the ground.",
     fix="write the altitude that is meant",
 )
 
@@ -946,11 +947,13 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def _zero_height_m(self) -> float:
         """Return the height of an item in the air with altitude 0, where not ArduPilot's is meant."""
-        is_px4 = self.dialect is Autopilot.PX4
-        kept = "" if is_px4 else "; predicted with the height kept"
-        message = f"altitude 0: PX4 flies to home's level, ArduPilot keeps its height{kept}"
-        self.remark(ZERO_ALTITUDE, message)
-        return self.datum_m if is_px4 else self.height_m
+        message = "altitude 0: PX4 flies to home's level, ArduPilot keeps its height"
+        if self.dialect is Autopilot.PX4:
+            self.remark(ZERO_ALTITUDE, message)
+            return self.datum_m
+        message += ", as predicted; name who flies it (--target, --params)"
+        self.remark(ZERO_ALTITUDE, message, severity=Severity.ERROR)
+        return self.height_m
 
 
 _KINDS: Mapping[int, StageKind] = {
