@@ -40,6 +40,11 @@ def power(power_w: float | None) -> str:
     return _whole(power_w, "W")
 
 
+def voltage(voltage_v: float | None) -> str:
+    """Return a voltage in V: ``14.8 V``."""
+    return ABSENT if voltage_v is None else f"{decimals(voltage_v, 1)} V"
+
+
 def distance(distance_m: float | None) -> str:
     """Return a distance in m, from a kilometre in km: ``432 m``, ``4.32 km``."""
     if distance_m is None or not math.isfinite(distance_m):

@@ -349,9 +349,9 @@ def refuse_other_cells(record: FlightRecord, vehicle: VehicleModel) -> None:
     least_v = float(np.interp(_LEAST_CHARGE, battery.ocv_soc, battery.ocv_v))
     if not least_v <= highest_v <= _HIGHEST_FULL * full_v:
         msg = (
-            f"{record.source} has {quantity.decimals(highest_v, 1)} V at most, the battery of {vehicle.name} "
-            f"{quantity.decimals(least_v, 1)} V at {quantity.percent(_LEAST_CHARGE)} and "
-            f"{quantity.decimals(full_v, 1)} V full: the flight is of another vehicle, or its battery of "
+            f"{record.source} has {quantity.voltage(highest_v)} at most, the battery of {vehicle.name} "
+            f"{quantity.voltage(least_v)} at {quantity.percent(_LEAST_CHARGE)} and "
+            f"{quantity.voltage(full_v)} full: the flight is of another vehicle, or its battery of "
             "other cells"
         )
         raise IdentificationError(msg)

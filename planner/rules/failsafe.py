@@ -38,10 +38,10 @@ from planner.quantity import sd_of
 from planner.rules.arming import is_checked
 from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
+from planner.rules.battery import BATTERY_ASSUMED
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import (
     ASSUMED_ERROR,
-    BATTERY_ASSUMED,
     LEAST_RISK,
     MOST_CHANCE_EMPTY,
     deviations_beyond,
@@ -263,9 +263,9 @@ def _unwatched(
     voltage_v = profile.rest_v if at_rest else profile.loaded_v
     low, critical = parameters.battery_low_action, parameters.battery_critical_action
     for name, quantity_name, known, shown, action in (
-        ("BATT_LOW_VOLT", "battery_low_v", voltage_v, _volts, low),
-        ("BATT_CRT_VOLT", "battery_critical_v", voltage_v, _volts, critical),
-        ("BATT_ARM_VOLT", "arm_battery_min_v", profile.rest_v, _volts, _REFUSES),
+        ("BATT_LOW_VOLT", "battery_low_v", voltage_v, quantity.voltage, low),
+        ("BATT_CRT_VOLT", "battery_critical_v", voltage_v, quantity.voltage, critical),
+        ("BATT_ARM_VOLT", "arm_battery_min_v", profile.rest_v, quantity.voltage, _REFUSES),
         ("BATT_LOW_MAH", "battery_low_ah", profile.used_ah, _milliampere_hours, low),
         ("BATT_CRT_MAH", "battery_critical_ah", profile.used_ah, _milliampere_hours, critical),
     ):
@@ -318,10 +318,6 @@ def _acts_on_none(
         if _first_acting(_in_time(a, list(events))) is not None:
             return False
     return True
-
-
-def _volts(voltage_v: float) -> str:
-    return f"{quantity.decimals(voltage_v, 1)} V"
 
 
 def _milliampere_hours(charge_ah: float) -> str:
@@ -638,8 +634,8 @@ def _not_armed_with(
         if spelt and profile.rest_v is not None and profile.rest_v[0] < least_v:
             yield a.finding(
                 ARMING_REFUSED,
-                f"ArduPilot does not arm at {quantity.decimals(float(profile.rest_v[0]), 1)} V: {spelt} is "
-                f"{quantity.decimals(least_v, 1)} V",
+                f"ArduPilot does not arm at {quantity.voltage(float(profile.rest_v[0]))}: {spelt} is "
+                f"{quantity.voltage(least_v)}",
             )
             break
     yield from _never_armed_with(a, parameters, monitor)

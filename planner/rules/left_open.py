@@ -106,7 +106,7 @@ def _resistance_not_counted(
     if is_short and not is_low:
         may += " than there is above the reserve"
     if is_low:
-        may = f"; under load its cells may fall below {quantity.decimals(kind.lowest_cell_v or 0.0, 1)} V"
+        may = f"; under load its cells may fall below {quantity.voltage(kind.lowest_cell_v or 0.0)}"
     yield a.finding(
         CONDITION_NOT_MODELLED,
         "battery resistance not counted: the battery has no open-circuit voltage or no resistance"

@@ -15,6 +15,7 @@ from planner.rules.declaration import (
     FENCE,
     FETCHED,
     OTHER_WAYS,
+    PACK,
     PARAMETERS,
     PROFILE,
     SEVERAL_TERRAINS,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
 SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "energy": (),
+    "battery": (PACK,),
     "model": (),
     "fetched_pair": (FETCHED,),
     "lift": (),

@@ -13,7 +13,7 @@ from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.geo.geodesy import latitude_longitude_deg
 from planner.mission.commands import Command, Frame
 from planner.mission.items import Home, Mission, MissionFormat, MissionItem, numbered_in_order
-from planner.rules.energy import (
+from planner.rules.battery import (
     BATTERY_COLD,
     BATTERY_IMPOSSIBLE,
     BATTERY_VOLTAGE_DIFFERS,

@@ -19,7 +19,7 @@ from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
 from planner.quantity import mean_of
-from planner.rules.energy import BATTERY_VOLTAGE_DIFFERS
+from planner.rules.battery import BATTERY_VOLTAGE_DIFFERS
 from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
 from planner.vehicle.pack import measured_voltage_fits
@@ -266,7 +266,7 @@ def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
     battery = snapshot.state.battery
     if battery is None or battery.capacity_ah is None:
         return ()
-    voltage = "" if battery.voltage_v is None else f", now at {battery.voltage_v:.1f} V"
+    voltage = "" if battery.voltage_v is None else f", now at {quantity.voltage(battery.voltage_v)}"
     message = (
         f"{snapshot.identity.label} is set to {battery.capacity_ah:g} Ah{voltage}: not used as the "
         "battery, whose nominal voltage is unknown"
@@ -314,8 +314,8 @@ def check_voltage(snapshot: VehicleSnapshot, setup: Setup) -> tuple[Finding, ...
     if expected_v is None or measured_voltage_fits(measured.voltage_v + drop_v, expected_v, pack):
         return ()
     message = (
-        f"{snapshot.identity.label} measures {quantity.decimals(measured.voltage_v, 1)} V; the battery "
-        f"of this check has {quantity.decimals(expected_v, 1)} V at {quantity.percent(charge)}"
+        f"{snapshot.identity.label} measures {quantity.voltage(measured.voltage_v)}; the battery "
+        f"of this check has {quantity.voltage(expected_v)} at {quantity.percent(charge)}"
     )
     return (BATTERY_VOLTAGE_DIFFERS.finding(message),)
 

@@ -290,7 +290,7 @@ class _Sheet:
         if given.voltage_v is None or given.new_charge_ah is None:
             msg = "the battery is given by its energy alone: give charge and cells, such as 4S5200"
             raise UsageError(msg)
-        volts = f"{quantity.decimals(given.voltage_v, 1)} V"
+        volts = quantity.voltage(given.voltage_v)
         cells = cells_of_voltage(given.voltage_v)
         full = cells_of_full_voltage(given.voltage_v)
         mah = quantity.exact(round(MILLIAMPERE_HOURS_PER_AMPERE_HOUR * given.new_charge_ah, 3))

@@ -237,7 +237,7 @@ def _like(given: Battery, own: Battery) -> FlownPack:
         many = quantity.count(cells or 0, "cell")
         assumed = (
             f"{many} of another kind than those of the model's own, as "
-            f"{quantity.decimals(given.voltage_v or 0.0, 1)} V mean: their voltages are unknown"
+            f"{quantity.voltage(given.voltage_v or 0.0)} mean: their voltages are unknown"
         )
         return FlownPack(battery=others, assumed=assumed)
     if cell_v is not None and not _OWN_CELL_V[0] <= cell_v <= _OWN_CELL_V[1]:
@@ -270,7 +270,7 @@ def _by_voltage(given: Battery) -> FlownPack:
     battery = pack_of_label(given)
     assert battery.chemistry is not None
     number = quantity.count(battery.cells_in_series or 0, f"{_KINDS[battery.chemistry]} cell")
-    assumed = f"{number} in series, as {quantity.decimals(given.voltage_v, 1)} V mean"
+    assumed = f"{number} in series, as {quantity.voltage(given.voltage_v)} mean"
     return FlownPack(battery=battery, assumed=assumed)
 
 

@@ -13,7 +13,7 @@ from planner.link.mission import MissionKind
 from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.telemetry import BatteryState, VehicleIdentity, VehicleState
 from planner.mission.items import Home
-from planner.rules.energy import BATTERY_VOLTAGE_DIFFERS, CAPACITY_SETTING_DIFFERS
+from planner.rules.battery import BATTERY_VOLTAGE_DIFFERS, CAPACITY_SETTING_DIFFERS
 from planner.service.guard import judge_vehicle
 from planner.service.preflight import CheckResult
 from planner.service.vehicle import check_vehicle, go_objection

@@ -49,7 +49,7 @@ def _status_parts(status: GuardStatus) -> Iterator[str]:
     voltage_v = None if battery is None else battery.voltage_v
     yield "battery unknown" if charge is None else f"battery {quantity.percent(charge)}"
     if voltage_v is not None:
-        yield f"{voltage_v:.1f} V"
+        yield quantity.voltage(voltage_v)
     if not status.is_flying:
         if status.state.home is None:
             yield "home unknown"
