@@ -34,8 +34,13 @@ class FenceSchedule(Value, eq=False):
     """Of these the floor that the mission has switched on, which stays on for landings."""
 
 
-def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSchedule:
+def fence_schedule(
+    route: Route, parameters: FlightParameters | None, *, as_legs_begin: bool = False
+) -> FenceSchedule:
     """Return when the fence is on, by parameters and by the mission's DO_FENCE_ENABLE.
+
+    As it is while stages are flown, or ``as_legs_begin``: ArduPilot carries out all DO_ items behind a place
+    but the first when the next leg has begun (``AP_Mission::advance_current_do_cmd``).
 
     Notes
     -----
@@ -50,7 +55,10 @@ def fence_schedule(route: Route, parameters: FlightParameters | None) -> FenceSc
     again = is_of_ardupilot(parameters) and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
     count = len(route.stages)
     areas, limits, floor, by_mission = (np.full(count, on) for on in (True, is_on, is_on, False))
-    events = [(one.first_stage, one.action, True) for one in route.fence_switches]
+    events = [
+        (one.first_stage + (one.is_late and as_legs_begin), one.action, True)
+        for one in route.fence_switches
+    ]
     if again and events:
         # It is on when the take-off is complete, before the items behind it are carried out.
         events[:0] = [(row + 1, FenceAction.ON, False) for row in route.rows_of(StageKind.TAKEOFF)]

@@ -85,7 +85,8 @@ FENCE_HEIGHT = Rule(
     how="The highest place of the flight above the home that counts then, along the whole path (splines "
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
     "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it, but over the hills of --terrain "
-    "where RTL_ALT_TYPE has them follow it); the lowest place between "
+    "where RTL_ALT_TYPE has them follow it, or where DO_FENCE_ENABLE 1 stands behind another DO_ item right "
+    "before the return); the lowest place between "
     "take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground and landings where "
     "DO_FENCE_ENABLE 1 has switched the floor on, which ArduPilot then leaves on (FENCE_ACTION 0 and 2 land, "
     "those that return land at home, with RTL_CONE_SLOPE).  An error from 0.5 m below a ceiling on, the "
@@ -270,7 +271,9 @@ def _flown_heights(a: Assessment) -> _FlownHeights:
     stage = returns.segment_stage[path.segment]
     legs_m = np.stack((path.height_m[:-1], path.height_m[1:]))
     is_level = ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
-    kept = np.array([stage.kind in _PATH_JUDGED for stage in stages])[stage]
+    # A return that began while the fence was off climbs past a ceiling that is switched on meanwhile.
+    judged = [s.kind in _PATH_JUDGED or s.return_ceiling_m == math.inf for s in stages]
+    kept = np.array(judged)[stage]
     parts = np.concatenate((every, stage[kept]))
     datum_m = returns.destinations.home_datum_m[returns.destinations.home_of(parts)]
     least_leg_m = np.where(is_level, legs_m.min(axis=0), np.inf)

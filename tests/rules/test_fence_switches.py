@@ -294,3 +294,33 @@ def test_a_return_keeps_below_the_ceiling_that_is_on_as_it_begins(
     )
     assert done.totals.climb_m == pytest.approx(58.0 if is_on else 300.0, abs=0.5)
     assert not [one for one in done.findings if one.code == "F110"]
+
+
+@pytest.mark.parametrize(
+    ("enable", "switches", "top_m", "is_breach"),
+    [
+        # ArduPilot carries out the second item of its queue when the return has begun, which has chosen its
+        # height by then (`ModeRTL::compute_return_target`): 100 m by RTL_ALT, or 60 m less 2 m.
+        (0, (item(206, frame=2), ON), 100.0, True),
+        (0, (ON,), 58.0, False),
+        (0, (ON, item(206, frame=2)), 58.0, False),
+        (1, (item(206, frame=2), OFF), 58.0, False),
+        (1, (OFF,), 100.0, False),
+        (1, (OFF, ON), 100.0, True),
+        (0, (item(112, frame=2, params=(2.0, 0.0, 0.0, 0.0)), ON), 100.0, True),
+    ],
+)
+def test_a_return_climbs_by_the_fence_as_its_leg_begins(
+    enable: int, switches: tuple[MissionItem, ...], top_m: float, *, is_breach: bool
+) -> None:
+    given = (
+        f"FENCE_ENABLE,{enable}\nFENCE_TYPE,1\nFENCE_ALT_MAX,60\nFENCE_MARGIN,2\nRTL_ALT,10000\n"
+    )
+    done = check(
+        mission(takeoff(40), waypoint(100, 40), *switches, rtl()),
+        load_vehicle("arducopter-sitl-quad"),
+        parameters=parameters_from_text(given.encode(), source="p.param"),
+    )
+    assert done.totals.climb_m == pytest.approx(top_m, abs=0.5)
+    told = [(one.severity, one.item) for one in done.findings if one.code == "F110"]
+    assert told == ([(Severity.ERROR, 3 + len(switches))] if is_breach else [])

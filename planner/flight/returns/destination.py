@@ -24,9 +24,11 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+    from planner.flight.fence_schedule import FenceSchedule
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission, MissionItem
     from planner.mission.route.stage import Route
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 HOME = 0
@@ -109,6 +111,8 @@ class Destinations(Value, eq=False):
     rally_is_taken: BoolArray | None = None
     """Whether the fence lets returns that begin in a stage lead to a rally point; ``None``: it does.
     (stages, r)"""
+    as_legs_begin: Destinations | None = None
+    """Those of the mission's own returns, by the fence as their legs begin; ``None``: these."""
     findings: tuple[Finding, ...] = ()
     """What of the vehicle's returns is not predicted as it flies them."""
 
@@ -266,24 +270,36 @@ def make_destinations(
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):
-        from planner.flight.fence_schedule import fence_schedule, rally_is_taken, return_ceilings_m
+        from planner.flight.fence_schedule import fence_schedule
 
-        schedule = fence_schedule(route, parameters)
-        home_m = straight.home_ground_m[straight.home_of(np.arange(len(route.stages))), :2]
-        away_m = straight.rally_ground_m[None, :, :2] - home_m[:, None]
-        return replace(
-            straight,
-            return_ceiling_m=return_ceilings_m(route, parameters, schedule),
-            rally_is_taken=rally_is_taken(
-                parameters,
-                schedule,
-                height_m=height,
-                from_home_m=np.hypot(away_m[..., 0], away_m[..., 1]),
-            ),
-        )
+        fenced = _with_fence(straight, route, parameters, fence_schedule(route, parameters))
+        if not any(one.is_late for one in route.fence_switches):
+            return fenced
+        begun = fence_schedule(route, parameters, as_legs_begin=True)
+        return replace(fenced, as_legs_begin=_with_fence(straight, route, parameters, begun))
     if not follows_mission and leads_along(mission, parameters.return_type):
         return straight
     return _with_mission(straight, mission, route, parameters.return_type, terrain)
+
+
+def _with_fence(
+    straight: Destinations, route: Route, parameters: ArduPilotParameters, schedule: FenceSchedule
+) -> Destinations:
+    """Return destinations of ArduPilot's returns where the fence is on by a schedule."""
+    from planner.flight.fence_schedule import rally_is_taken, return_ceilings_m
+
+    home_m = straight.home_ground_m[straight.home_of(np.arange(len(route.stages))), :2]
+    away_m = straight.rally_ground_m[None, :, :2] - home_m[:, None]
+    return replace(
+        straight,
+        return_ceiling_m=return_ceilings_m(route, parameters, schedule),
+        rally_is_taken=rally_is_taken(
+            parameters,
+            schedule,
+            height_m=straight.rally_height_m,
+            from_home_m=np.hypot(away_m[..., 0], away_m[..., 1]),
+        ),
+    )
 
 
 def leads_along(mission: Mission, return_type: int) -> bool:
@@ -298,6 +314,7 @@ def with_own_returns(route: Route, destinations: Destinations) -> Route:
 
     They lead straight home in what is given; what takes off again after one does so from there.
     """
+    destinations = destinations.as_legs_begin or destinations
     stages = list(route.stages)
     for first, number in route.return_spans:
         before, own = route.stages[first - 1], route.stages[number]

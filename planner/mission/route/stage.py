@@ -164,6 +164,8 @@ class FenceSwitch(Value):
     """Position in the route's stages: it counts while this one is flown, and those after it."""
     action: FenceAction
     item: int
+    is_late: bool = False
+    """Whether that stage has begun by then: a return of the mission goes by the fence before."""
 
 
 class ParachuteSwitch(Value):

@@ -393,7 +393,11 @@ class MissionState(Position, kw_only=True, eq=False):
                 self.height_m += _off_line_m(stage.followed_ground_m, fraction)
                 self._add_part(stage, begin, fraction)
                 begin = fraction
+            switched = len(self.fence_switches)
             self._carry_out_held(one, item)
+            self.fence_switches[switched:] = (
+                replace(switch, is_late=True) for switch in self.fence_switches[switched:]
+            )
         self.latitude_deg, self.longitude_deg, self.height_m = after
         parts = len(self.stages) - begun
         self.number, self.place = own
@@ -864,8 +868,11 @@ class MissionState(Position, kw_only=True, eq=False):
         """Switch the fence on or off, or its floor off; any other value does nothing."""
         action = _FENCE_ACTIONS.get(int(item.param1 or 0.0))
         if action is not None and self.dialect is not Autopilot.PX4:
+            first = len(self.stages)
             self.fence_switches.append(
-                FenceSwitch(first_stage=len(self.stages), action=action, item=self.number)
+                FenceSwitch(
+                    first_stage=first, action=action, item=self.number, is_late=self.queued > 0
+                )
             )
 
     def switch_parachute(self, item: MissionItem) -> None:
