@@ -89,10 +89,11 @@ FENCE_HEIGHT = Rule(
     "before the return); the lowest place between "
     "take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground and landings where "
     "DO_FENCE_ENABLE 1 has switched the floor on, which ArduPilot then leaves on (FENCE_ACTION 0 and 2 land, "
-    "those that return land at home, with RTL_CONE_SLOPE).  An error from 0.5 m below a ceiling on, the "
-    "vertical accuracy that makers state, a warning from 2 m on, the default of ArduPilot's FENCE_MARGIN: "
-    "PX4 was recorded up to 1.6 m above commanded heights.  Not checked (X904) where FENCE_ALT_MAX_TP or "
-    "FENCE_ALT_MIN_TP has a limit that is used count from sea level (0) or the ground (3).",
+    "those that return land at home, with RTL_CONE_SLOPE), or returns of the vehicle's own meanwhile.  An "
+    "error from 0.5 m below a ceiling on, the vertical accuracy that makers state, a warning from 2 m on, "
+    "the default of ArduPilot's FENCE_MARGIN: PX4 was recorded up to 1.6 m above commanded heights.  Not "
+    "checked (X904) where FENCE_ALT_MAX_TP or FENCE_ALT_MIN_TP has a limit that is used count from sea "
+    "level (0) or the ground (3).",
     fix="fly lower, or raise the limit",
     instead="a mission within the heights of the fence",
 )
@@ -162,7 +163,12 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
         own_m > floor_m or parameters.return_climb_min_m > 0.0
     )
     by_mission = fence_schedule(a.route, parameters).floor_by_mission
-    places = a.returns.destinations
+    places, does = a.returns.destinations, "returns" if action in _RETURNS else "stops and hovers"
+    does = (
+        f"FENCE_ALT_MIN is {quantity.height(floor_m)}: ArduPilot leaves on a floor that DO_FENCE_ENABLE has "
+        f"switched on, and {does} there"
+    )
+    is_told = False
     for row in a.route.rows_of(*LANDED_STAGES):
         stage, home = a.route.stages[row], int(places.home_of(np.array([row]))[0])
         height_m = stage.height_m - float(places.home_datum_m[home])
@@ -173,14 +179,29 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
         lands = is_home and action in _RETURNS and not climbs
         if not by_mission[row] or height_m > floor_m or lands:
             continue
-        does = "returns" if action in _RETURNS else "stops and hovers"
+        is_told = True
         yield a.finding(
             FENCE_HEIGHT,
-            f"lands {quantity.height(height_m)} above home, FENCE_ALT_MIN is {quantity.height(floor_m)}: "
-            f"ArduPilot leaves on a floor that DO_FENCE_ENABLE has switched on, and {does} there",
+            f"lands {quantity.height(height_m)} above home, {does}",
             item=stage.item,
             fix="switch the floor off before the landing: DO_FENCE_ENABLE 2",
         )
+    if is_told or (action in _RETURNS and not climbs):
+        return
+    # Where the vehicle returns by itself meanwhile nothing switches the floor off.
+    for row in np.flatnonzero(by_mission).tolist():
+        stage, home = a.route.stages[row], int(places.home_of(np.array([row]))[0])
+        ends_m = float(places.home_ground_m[home, 2] - places.home_datum_m[home])
+        ends_m += parameters.return_final_altitude_m
+        # A take-off that the floor ends is told below.
+        if stage.kind not in {StageKind.TAKEOFF, *_ON_THE_GROUND} and ends_m <= floor_m:
+            yield a.finding(
+                FENCE_HEIGHT,
+                f"a return of the vehicle's own ends {quantity.height(ends_m)} above home, {does}",
+                item=stage.item,
+                fix="set FENCE_ACTION 1, which lands at home all the same, or leave the floor off",
+            )
+            return
 
 
 @judges(FENCE_HEIGHT, needs=(ARDUPILOT,))

@@ -324,3 +324,26 @@ def test_a_return_climbs_by_the_fence_as_its_leg_begins(
     assert done.totals.climb_m == pytest.approx(top_m, abs=0.5)
     told = [(one.severity, one.item) for one in done.findings if one.code == "F110"]
     assert told == ([(Severity.ERROR, 3 + len(switches))] if is_breach else [])
+
+
+@pytest.mark.parametrize(
+    ("settings", "switches", "is_told"),
+    [
+        ("FENCE_ACTION,4\nFENCE_ALT_MIN,3\n", (FLOOR_OFF,), True),
+        ("FENCE_ACTION,4\nFENCE_ALT_MIN,0\n", (FLOOR_OFF,), True),
+        ("FENCE_ACTION,4\nFENCE_ALT_MIN,-0.1\n", (FLOOR_OFF,), False),
+        ("FENCE_ACTION,4\nFENCE_ALT_MIN,3\nRTL_ALT_FINAL,400\n", (FLOOR_OFF,), False),
+        ("FENCE_ACTION,1\nFENCE_ALT_MIN,3\n", (FLOOR_OFF,), False),  # lands at home at last
+        ("FENCE_ACTION,1\nFENCE_ALT_MIN,3\nRTL_CONE_SLOPE,0\n", (FLOOR_OFF,), True),
+        ("FENCE_ACTION,2\nFENCE_ALT_MIN,3\n", (FLOOR_OFF,), False),
+    ],
+)
+def test_a_floor_switched_off_for_the_landing_alone_ends_returns_until_then(
+    settings: str, switches: tuple[MissionItem, ...], *, is_told: bool
+) -> None:
+    legs = (takeoff(20), at(0, 30), ON, at(0, 60), *switches, at(0, 5, 20.0), rtl())
+    told = ARDUPILOT(legs, parameters=f"FENCE_ENABLE,0\nFENCE_TYPE,8\n{settings}")
+    assert ("F110" in told) == is_told
+    if is_told:
+        assert (told["F110"].item, told["F110"].severity) == (4, Severity.ERROR)
+        assert "a return of the vehicle's own" in told["F110"].message
