@@ -643,3 +643,33 @@ def test_a_fence_held_back_on_a_leg_that_may_last_longer_counts_from_the_worse_p
     for switch in result.assessment.route.fence_switches:
         before = result.assessment.route.stages[switch.first_stage - 1]
         assert (before.north_m - 20.0 < 143.0) is (switch.action == 1)
+
+
+LAND_HERE, LAND_THERE = item(21, 0.0, 0.0, longitude_deg=0.0), item(21, north(150), 0.0)
+
+
+@pytest.mark.parametrize("last", [rtl(), LAND_HERE, LAND_THERE], ids=["rtl", "here", "there"])
+@pytest.mark.parametrize(("descent_m_s", "later_s"), [(0.6, 90.0), (0.4, 120.0), (1.6, 0.0)])
+@pytest.mark.parametrize("autopilot", FLOWN)
+def test_a_descent_speed_that_comes_during_a_landing_counts_for_all_of_it(
+    autopilot: Autopilot, last: MissionItem, descent_m_s: float, later_s: float
+) -> None:
+    """``Mode::land_run_vertical_control`` asks for the greatest speed down in every step.
+
+    Flown with ArduCopter from 60 m: from 1.48 to 0.6 m/s as soon as a CONDITION_DELAY is over.  90 m of 100 m
+    at 1.5 m/s take 60 s, at 0.6 m/s 150 s, at LAND_SPEED of 0.5 m/s, below which none lands, 180 s; a faster
+    one comes too late for most of it.
+    """
+    base = (takeoff(100), waypoint(100, 100))
+    held = flown(*base, delay(18), speed(descent_m_s, kind=3.0), last, autopilot=autopilot)
+    plain = flown(*base, last, autopilot=autopilot)
+    assert held_back(held) == [Severity.INFO]
+    if autopilot is STEP:  # as what takes longer than predicted
+        if later_s:
+            assert "E108" in {one.code for one in held.findings}
+        return
+    longer_s = held.totals.time_s - plain.totals.time_s
+    assert longer_s == pytest.approx(later_s, abs=4.0)
+    # Behind the landing it does not count.
+    never = flown(*base, delay(130), speed(descent_m_s, kind=3.0), last, autopilot=autopilot)
+    assert never.totals.time_s == plain.totals.time_s

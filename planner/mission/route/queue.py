@@ -41,7 +41,8 @@ HELD_BACK = Rule(
     "a turn, a whole one where the item says which way round, no faster than ATC_SLEW_YAW.  The vehicle "
     "may point there already: a fence is on at once, and so is a speed where the flight takes longer by "
     "it.  A leg may last longer than predicted for want of airspeed (E105), that of a step-response model "
-    "without parameters as long as ArduPilot flies it: a speed counts where the flight takes longest.  A "
+    "without parameters as long as ArduPilot flies it: a speed counts where the flight takes longest, one of "
+    "descents that comes during a landing for all of it.  A "
     "home, or fence, that may be set before the leg is over, or not, is an error (T102).  A warning where "
     "the leg is over before.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",

@@ -69,6 +69,8 @@ class Stage(Value, kw_only=False, gc=False):
     lands_at_m_s: float | None = None
     """Descent speed commanded when its landing, or what leads to it, has begun; ``None``: the vehicle's own.
     [m s⁻¹]"""
+    may_slow_landing: bool = False
+    """Whether that is commanded while it descends, and counts where it is slower than the vehicle's own."""
     hold_s: float = 0.0
     """Time to stay at the place; after a landing on the ground. [s]"""
     acceptance_radius_m: float | None = None

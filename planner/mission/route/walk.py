@@ -58,7 +58,7 @@ from planner.mission.storage import (
 from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from planner.mission.items import MissionItem
     from planner.mission.route.queue import Condition
@@ -73,6 +73,8 @@ _DIVIDED = (
 """Straight legs."""
 _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 
+_DESCENT = 3.0
+"""First parameter of DO_CHANGE_SPEED for that of a descent."""
 _METRES_PER_DEGREE = 111_319.0
 """Of latitude, as ArduPilot has it."""
 _AT_CENTRE_DEG = 0.5 / _METRES_PER_DEGREE
@@ -414,6 +416,8 @@ class MissionState(Position, kw_only=True, eq=False):
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
+        if stage.kind in LANDED_STAGES:
+            self._slow_landing(item for _, item in last)
         self.latitude_deg, self.longitude_deg = ended_deg
         for one, item in last:
             self._carry_out_held(one, item)
@@ -423,6 +427,25 @@ class MissionState(Position, kw_only=True, eq=False):
             for one, _ in waiting
             if one.conditions
         )
+
+    def _slow_landing(self, items: Iterable[MissionItem]) -> None:
+        """Land all the way at the slowest speed commanded once the vehicle is over its place.
+
+        ``Mode::land_run_vertical_control`` asks for the greatest speed down in every step.
+        """
+        speeds_m_s = [
+            item.param2
+            for item in items
+            if item.command == Command.DO_CHANGE_SPEED and item.param1 == _DESCENT and item.param2
+        ]
+        if not speeds_m_s:
+            return
+        own = self.stages[-1]
+        if own.lands_at_m_s is None:
+            own = replace(own, lands_at_m_s=min(speeds_m_s), may_slow_landing=True)
+        else:
+            own = replace(own, lands_at_m_s=min(own.lands_at_m_s, *speeds_m_s))
+        self.stages[-1] = own
 
     def _carry_out_held(self, one: HeldItem, item: MissionItem) -> None:
         self.number, self.place = one.item, item.place
@@ -804,7 +827,7 @@ class MissionState(Position, kw_only=True, eq=False):
         elif kind == 2.0:
             self.climb_speed_m_s = speed
             self.is_climb_late = self.queued > 0
-        elif kind == 3.0:
+        elif kind == _DESCENT:
             self.descent_speed_m_s = speed
             self.is_descent_late = self.queued > 0
         elif kind in {0.0, 1.0}:

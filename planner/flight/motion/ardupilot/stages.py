@@ -157,7 +157,7 @@ _NUMBERS = (
     *("east_m", "north_m", "height_m"),
     *("speed_m_s", "climb_speed_m_s", "descent_speed_m_s", "lands_at_m_s"),
     *("hold_s", "turns", "radius_m", "above_ground_m", "datum_m", "return_ceiling_m"),
-    *("is_speed_late", "is_next_unseen", "is_underway", "is_here"),
+    *("is_speed_late", "is_next_unseen", "is_underway", "is_here", "may_slow_landing"),
 )
 """What is taken of stages as it is; what is absent is no number."""
 
@@ -220,6 +220,8 @@ def stage_columns(
     elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & is_nonzero(place[:, :2] - start[:, :2])
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
     unseen = numbers["is_next_unseen"] > 0.0
+    lands_at, may_slow = numbers["lands_at_m_s"], numbers["may_slow_landing"] > 0.0
+    lands_at[may_slow & (lands_at > parameters.descent_speed_m_s)] = np.nan
     return StageColumns(
         kind=kind,
         item=np.array([stage.item for stage in stages]),
@@ -231,7 +233,7 @@ def stage_columns(
         commanded_m_s=commanded,
         climb_m_s=climb,
         descent_m_s=descent,
-        lands_at_m_s=numbers["lands_at_m_s"],
+        lands_at_m_s=lands_at,
         hold_s=hold,
         turns=turns,
         radius_m=radius,
