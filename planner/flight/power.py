@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +16,6 @@ from planner.values import Value, field_names, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import numpy.typing as npt
 
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -103,18 +101,22 @@ class SteadyPower(Value):
     ) -> FloatArray:
         """Return the power of the motors in the air. [W]"""
         vehicle, cruise = self.vehicle, self.vehicle.cruise
+        power: FloatArray | None = None
+        if vehicle.hover is not None:
+            power = hover_power_w(
+                vehicle.hover,
+                height_above_home_m=state.height_m,
+                mass_kg=self.mass_kg,
+                air_density_kg_m3=density,
+            )
+            if cruise is None and vehicle.vertical is None:
+                return power  # it does not depend on how the vehicle moves
         if vehicle.reference is Autopilot.STEP:
             state, acceleration_m_s2 = _not_of_responses(
                 state, acceleration_m_s2, flight_state, vehicle.responses
             )
-        if vehicle.hover is None:
+        if power is None:
             return self._whole_w(cruise, state, density, acceleration_m_s2)
-        power = hover_power_w(
-            vehicle.hover,
-            height_above_home_m=state.height_m,
-            mass_kg=self.mass_kg,
-            air_density_kg_m3=density,
-        )
         if vehicle.vertical is not None:
             power = power + vehicle.vertical.above_hover_w(state.climb_m_s)
         if cruise is None:
@@ -268,7 +270,7 @@ def _peak_s(unit: StepResponse, window_s: float, *, highest: bool) -> float:
     return unit.extremum(window_s, highest=highest).time_s
 
 
-class Transients(Value, eq=False):
+class Transients(Value, eq=False, dict=True):
     """Windows of power responses as columns, in the order of their start.
 
     A row may pause at ``pause_at_s`` for ``pause_s``: a climb longer than the identified step holds its
@@ -298,20 +300,22 @@ class Transients(Value, eq=False):
         """Return when each window ends. (n,) [s]"""
         return np.asarray(self.start_s + self.pause_s + np.asarray(self.window_s)[self.response])
 
-    def _known(self) -> Iterator[tuple[BoolArray, StepResponse, float]]:
-        """Yield the rows of each response there is, with the response and its window."""
-        for index, (unit, window_s) in enumerate(zip(self.responses, self.window_s, strict=True)):
-            rows = self.response == index
-            if unit is not None and rows.any():
-                yield rows, unit, window_s
+    @cached_property
+    def _known(self) -> list[tuple[BoolArray, StepResponse, float]]:
+        """The rows of each response there is, with the response and its window."""
+        known = zip(self.responses, self.window_s, strict=True)
+        return [
+            (rows, unit, window_s)
+            for index, (unit, window_s) in enumerate(known)
+            if unit is not None and (rows := self.response == index).any()
+        ]
 
     def power_w(self, row: IntArray, time_s: FloatArray) -> FloatArray:
         """Return the power of windows ``row`` at times counted from their start; zero outside. [W]"""
-        row, time_s = np.broadcast_arrays(row, time_s)
-        paused = np.clip(time_s - self.pause_at_s[row], 0.0, self.pause_s[row])
-        own = time_s - paused
-        power = np.zeros(row.shape)
-        for rows, unit, window in self._known():
+        paused = np.maximum(time_s - self.pause_at_s[row], 0.0)
+        own = time_s - np.minimum(paused, self.pause_s[row])
+        power = np.zeros(own.shape)
+        for rows, unit, window in self._known:
             inside = rows[row] & (own >= 0.0) & (own < window)
             power[inside] = self.amplitude[row[inside]] * unit.value(own[inside])
         return power
@@ -319,7 +323,7 @@ class Transients(Value, eq=False):
     def energy_j(self) -> FloatArray:
         """Return the energy of each whole window: integral of the response plus the pause. (n,) [J]"""
         energy = np.zeros(len(self.segment))
-        for rows, unit, window in self._known():
+        for rows, unit, window in self._known:
             pause_s = self.pause_s[rows]
             paused_j: FloatArray | float = 0.0
             if pause_s.any():
@@ -332,10 +336,9 @@ class Transients(Value, eq=False):
     def peak_times_s(self) -> FloatArray:
         """Return when each window's power is highest, since the start of the flight. (n,) [s]"""
         times = np.zeros(len(self.segment))
-        for rows, unit, window in self._known():
-            for rising in (True, False):
-                chosen = rows & ((self.amplitude > 0.0) == rising)
-                times[chosen] = _peak_s(unit, window, highest=rising)
+        for rows, unit, window in self._known:
+            rising_s, falling_s = (_peak_s(unit, window, highest=one) for one in (True, False))
+            times[rows] = np.where(self.amplitude[rows] > 0.0, rising_s, falling_s)
         late = times > self.pause_at_s
         return self.start_s + times + np.where(late, self.pause_s, 0.0)
 
@@ -344,13 +347,13 @@ class Transients(Value, eq=False):
         if not len(self.start_s):
             return np.zeros(np.shape(time_s))
         times = np.ravel(time_s)
-        order = np.argsort(times, kind="stable")
-        first = np.searchsorted(times, self.start_s, sorter=order)
-        last = np.searchsorted(times, self.end_s(), side="right", sorter=order)
+        order = times.argsort(kind="stable")
+        first = times.searchsorted(self.start_s, sorter=order)
+        last = times.searchsorted(self.end_s(), side="right", sorter=order)
         # the times of one window after those of the one before
         count = last - first
-        row = np.repeat(np.arange(len(count)), count)
-        at = order[np.arange(len(row)) - np.repeat(np.cumsum(count) - count - first, count)]
+        row = np.arange(len(count)).repeat(count)
+        at = order[np.arange(len(row)) - (count.cumsum() - count - first).repeat(count)]
         power = self.power_w(row, times[at] - self.start_s[row])
         total = np.bincount(at, power, len(times)).astype(np.float64)
         return total.reshape(np.shape(time_s))

@@ -184,9 +184,10 @@ def flight_extremes(
     nodes = airspeed_m_s.shape[1]
 
     def greatest_of(values: FloatArray, sign: float = 1.0) -> Extreme:
-        most = float((sign * values).max())
+        values = sign * values
+        most = float(values.max())
         # Of those that differ by rounding alone the first.
-        place = np.argmax(sign * values >= most - SPEED_ROUNDING * abs(most))
+        place = (values >= most - SPEED_ROUNDING * abs(most)).argmax()
         return Extreme(value=sign * most, segment=int(piece_segment[place // nodes]))
 
     return Extremes(
@@ -252,8 +253,8 @@ class Flight(Value, eq=False, dict=True):
         """What transients add at the nodes of the quadrature, and at their peaks. (p, k) [W], [W]"""
         since_start_s = self.motion.piece_start_s[:, None] + self.node_s
         times_s = np.concatenate((since_start_s.ravel(), self._peak_s))
-        nodes_w, peaks_w = np.split(self.transients.total_power_w(times_s), [since_start_s.size])
-        return nodes_w.reshape(since_start_s.shape), peaks_w
+        total_w, count = self.transients.total_power_w(times_s), since_start_s.size
+        return total_w[:count].reshape(since_start_s.shape), total_w[count:]
 
     @cached_property
     def loads(self) -> PieceLoads:

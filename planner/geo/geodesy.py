@@ -104,6 +104,17 @@ def distance_m(
     )[0]
 
 
+_LONGEST_DEGREE_M = math.radians(1.0) * SEMI_MAJOR_AXIS_M**2 / SEMI_MINOR_AXIS_M
+"""Along the meridian at a pole: no degree of a meridian or a parallel is longer. [m]"""
+
+
+def most_distance_m(from_deg: tuple[float, float], to_deg: tuple[float, float]) -> float:
+    """Return at least the distance between two latitudes and longitudes: in the degrees between them. [m]"""
+    across_deg = abs(to_deg[1] - from_deg[1])
+    across_deg = min(across_deg, abs(across_deg - 360.0))
+    return _LONGEST_DEGREE_M * (abs(to_deg[0] - from_deg[0]) + across_deg)
+
+
 def latitude_longitude_deg(
     from_latitude_deg: npt.ArrayLike,
     from_longitude_deg: npt.ArrayLike,

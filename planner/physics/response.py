@@ -233,14 +233,14 @@ class Modes(Value, eq=False, dict=True):
         """Return :math:`I_k` of several k at the same times: they share their exponentials. (k, …)"""
         t = np.asarray(t_s, dtype=np.float64)
         before = t < 0.0
-        if t.ndim and not self.feedthrough.ndim and before.any():
+        if not np.count_nonzero(before):
+            return self._after_impulse(t, orders)
+        if t.ndim and not self.feedthrough.ndim:
             after, result = ~before, np.zeros((len(orders), *t.shape))
             # One by one: all at once they take eight times as long.
             for own, found in zip(result, self._after_impulse(t[after], orders), strict=True):
                 own[after] = found
             return result
-        if not before.any():
-            return self._after_impulse(t, orders)
         return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), orders))
 
     def _after_impulse(self, t: FloatArray, orders: tuple[int, ...]) -> FloatArray:
@@ -249,12 +249,13 @@ class Modes(Value, eq=False, dict=True):
         terms = self._terms(orders)
         totals = self._by_fractions(t, terms.weights, len(orders))
         early = t * self.fastest_rad_s < 1.0
-        some_early = early.any()
+        some_early = np.count_nonzero(early)
         if some_early:
             soon = t[early]
             first = _polynomial(_series_at(early, terms.series), soon)
+        some_close, passes = self._kinds
         slow = t * self.slowest_rad_s < 1.0 if len(self.fractions) > 1 else np.False_
-        some_slow, (some_close, passes) = bool(slow.any()), self._kinds
+        some_slow = np.count_nonzero(slow)
         for row, (k, steady) in enumerate(zip(orders, terms.steady, strict=True)):
             own = totals[row, ...]
             if len(steady):

@@ -15,7 +15,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
-from planner.geo.geodesy import distance_m
+from planner.geo.geodesy import distance_m, most_distance_m
 from planner.mission.commands import AMSL_FRAMES, TAKEOFFS, TERRAIN_FRAMES, Command, is_destination
 from planner.mission.route.order import is_counted
 from planner.mission.route.queue import JUMPS
@@ -164,10 +164,13 @@ FIRST_WAYPOINT_FAR = Rule(
 def _first_waypoint_far(a: Assessment, target: Target) -> Iterator[Finding]:
     parameters, home = PX4.of(a), a.mission.home
     limit_m = _FIRST_PLACE_M if parameters is None else parameters.first_waypoint_distance_m
-    number, *first = next(_places(a), (0, 0.0, 0.0))
+    number, latitude_deg, longitude_deg = next(_places(a), (0, 0.0, 0.0))
     if home is None or limit_m <= 0.0 or not number:
         return
-    away_m = float(distance_m(home.latitude_deg, home.longitude_deg, *first))
+    home_deg = home.latitude_deg, home.longitude_deg
+    if most_distance_m(home_deg, (latitude_deg, longitude_deg)) < limit_m:
+        return  # as nearly always: how far exactly takes a hundred times as long
+    away_m = float(distance_m(*home_deg, latitude_deg, longitude_deg))
     if away_m >= limit_m:
         refuses = target.version is not None and target.version < _WARNS_ONLY
         yield a.finding(

@@ -18,6 +18,7 @@ from planner.geo.geodesy import (
     distance_m,
     distance_m_and_azimuth_deg,
     latitude_longitude_deg,
+    most_distance_m,
     straight_length_m,
 )
 
@@ -32,6 +33,22 @@ LATITUDES = st.one_of(
 LONGITUDES = st.one_of(
     st.floats(-180.0, 180.0), st.sampled_from([180.0, -180.0, 179.9999, -179.9999, 0.0])
 )
+
+
+@given(LATITUDES, LONGITUDES, LATITUDES, LONGITUDES)
+@example(89.0, 10.0, 90.0, 10.0)  # the longest degree there is
+@example(0.0, 179.95, 0.0, -179.95)
+def test_no_distance_is_longer_than_the_most_that_is_said_of_it(
+    latitude: float, longitude: float, other_latitude: float, other_longitude: float
+) -> None:
+    _, _, true_m = GEOD.inv(longitude, latitude, other_longitude, other_latitude)
+    most_m = most_distance_m((latitude, longitude), (other_latitude, other_longitude))
+    assert most_m >= true_m - MILLIMETRE
+
+
+def test_the_most_across_the_antimeridian_is_that_of_the_short_way() -> None:
+    # a tenth of a degree of 111.69 km
+    assert most_distance_m((0.0, 179.95), (0.0, -179.95)) == pytest.approx(11_169.0, abs=1.0)
 
 
 @given(LATITUDES, LONGITUDES, st.floats(0.01, 5e6), st.floats(0.0, 360.0))

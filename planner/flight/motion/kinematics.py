@@ -124,7 +124,16 @@ class KinematicState(Value, eq=False):
         cls, place_m: Iterable[FloatArray], velocity_m_s: Iterable[FloatArray]
     ) -> KinematicState:
         """Return the state at east, north, height, moving east, north and up."""
-        return cls(**dict(zip(field_names(cls), (*place_m, *velocity_m_s), strict=True)))
+        east_m, north_m, height_m = place_m
+        east_m_s, north_m_s, climb_m_s = velocity_m_s
+        return cls(
+            east_m=east_m,
+            north_m=north_m,
+            height_m=height_m,
+            east_m_s=east_m_s,
+            north_m_s=north_m_s,
+            climb_m_s=climb_m_s,
+        )
 
 
 class MotionLaw(Protocol):
@@ -194,12 +203,12 @@ class SegmentColumns(Columns, eq=False):
     @property
     def start_s(self) -> FloatArray:
         """Beginning of each segment: exactly the end of the one before. [s]"""
-        return np.cumsum(np.append(0.0, self.duration_s))[:-1]
+        return np.concatenate(([0.0], self.duration_s[:-1])).cumsum()
 
     @property
     def end_s(self) -> FloatArray:
         """End of each segment; each begins where the one before ends. [s]"""
-        return np.cumsum(self.duration_s)
+        return self.duration_s.cumsum()
 
 
 class SlowedLegs(Columns, eq=False):
@@ -362,7 +371,7 @@ class Motion(Value, eq=False, dict=True):
     @cached_property
     def piece_start_s(self) -> FloatArray:
         """When each piece begins. (p,) [s]"""
-        return np.concatenate(([0.0], np.cumsum(self.piece_duration_s)[:-1]))
+        return np.concatenate(([0.0], self.piece_duration_s[:-1])).cumsum()
 
     def state_at(self, piece: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state at times counted from the beginning of each piece.
@@ -374,7 +383,7 @@ class Motion(Value, eq=False, dict=True):
         counts = np.bincount(law_of, minlength=len(self.laws))
         if np.count_nonzero(counts) == 1:  # most flights have no circles
             return self.laws[counts.argmax()].state_at(row, own_s).of_shape(time_s.shape)
-        by_law = np.argsort(law_of, kind="stable")
+        by_law = law_of.argsort(kind="stable")
         columns = np.empty((len(field_names(KinematicState)), *time_s.shape))
         end = 0
         for law, count in zip(self.laws, counts.tolist(), strict=True):
@@ -385,7 +394,7 @@ class Motion(Value, eq=False, dict=True):
                 for column, values in zip(columns, field_values(state).values(), strict=True):
                     column[begin:end] = values
         # Brought into order at once: put where they belong law by law they take three times as long.
-        east_m, north_m, height_m, *velocity_m_s = columns.take(np.argsort(by_law), axis=1)
+        east_m, north_m, height_m, *velocity_m_s = columns.take(by_law.argsort(), axis=1)
         return KinematicState.of((east_m, north_m, height_m), velocity_m_s)
 
     def control_m(self, piece: IntArray, start_s: FloatArray, end_s: FloatArray) -> FloatArray:
@@ -405,8 +414,9 @@ class Motion(Value, eq=False, dict=True):
         Times before the start and after the end are those of the first and last piece.
         """
         starts = self.piece_start_s
-        piece = np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, len(starts) - 1)
-        return piece, np.clip(time_s - starts[piece], 0.0, self.piece_duration_s[piece])
+        piece = np.maximum(starts.searchsorted(time_s, side="right") - 1, 0)
+        own_s = np.maximum(time_s - starts[piece], 0.0)
+        return piece, np.minimum(own_s, self.piece_duration_s[piece])
 
     def state_at_time(self, time_s: FloatArray) -> KinematicState:
         """Return the state at times since the start of the flight."""

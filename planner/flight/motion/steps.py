@@ -53,7 +53,7 @@ class VerticalStepLaw(Value, eq=False):
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
-        paused = np.clip(time_s - self.peak_s, 0.0, self.pause_s[row])
+        paused = np.minimum(np.maximum(time_s - self.peak_s, 0.0), self.pause_s[row])
         own = time_s - paused
         slope, value = self.response.slope_and_value(own)
         step_m, zero = self.step_m[row], np.zeros(row.shape)
@@ -253,6 +253,9 @@ SPEED_TOLERANCE = 0.02
 
 START, CLIMB, WAIT, ACCELERATE, CRUISE, BRAKE, CIRCLE, DESCEND, STOP, HOLD, SLOTS = range(11)
 """What is flown for a stage, in this order."""
+_LEVEL_SLOTS = np.array((ACCELERATE, CRUISE, BRAKE))
+_LEVEL_STATES = np.array([STATE_INDEX[FlightState(s)] for s in ("accelerate", "cruise", "brake")])
+"""Of these those of a level leg."""
 
 
 class StepSegments(SegmentColumns, eq=False):
@@ -311,19 +314,16 @@ def make_part(
 def join_parts(legs: StepLegs, parts: Sequence[StepPart]) -> tuple[Motion, StepSegments]:
     """Return parts in flown order, and their segments."""
     segments = StepSegments.joined([part.segments for part in parts])
-    flown = np.argsort(segments.order, kind="stable")
+    flown = segments.order.argsort(kind="stable")
     segments = segments.select(flown)
     segments = replace(segments, item=legs.item[segments.order // SLOTS])
-    place = np.split(np.argsort(flown), np.cumsum([len(part.segments.order) for part in parts]))
-    pieces = StepPieces.joined(
-        [
-            replace(part.pieces, segment=own[part.pieces.segment])
-            for part, own in zip(parts, place[:-1], strict=True)
-        ]
-    )
+    pieces = StepPieces.joined([part.pieces for part in parts])
     law = np.repeat(np.arange(len(parts)), [len(part.pieces.row) for part in parts])
-    by_segment = np.argsort(pieces.segment, kind="stable")
-    pieces = pieces.select(by_segment)
+    counts = [len(part.segments.order) for part in parts]
+    of_law = np.cumsum(counts) - counts  # the first segment of each, before they are in flown order
+    segment = flown.argsort()[of_law[law] + pieces.segment]
+    by_segment = segment.argsort(kind="stable")
+    pieces = replace(pieces, segment=segment).select(by_segment)
     first, last = legs.rows.T
     motion = Motion(
         segments=segments,
@@ -333,8 +333,8 @@ def join_parts(legs: StepLegs, parts: Sequence[StepPart]) -> tuple[Motion, StepS
         piece_row=pieces.row,
         piece_offset_s=pieces.offset_s,
         piece_duration_s=pieces.duration_s,
-        arrival_segment=np.searchsorted(segments.order, first * SLOTS + HOLD) - 1,
-        done_segment=np.searchsorted(segments.order, (last + 1) * SLOTS) - 1,
+        arrival_segment=segments.order.searchsorted(first * SLOTS + HOLD) - 1,
+        done_segment=segments.order.searchsorted((last + 1) * SLOTS) - 1,
         piece_is_grounded=pieces.is_grounded if pieces.is_grounded.any() else None,
     )
     return motion, segments
@@ -342,7 +342,7 @@ def join_parts(legs: StepLegs, parts: Sequence[StepPart]) -> tuple[Motion, StepS
 
 def _pieces_between(breaks_s: FloatArray, row: IntArray) -> StepPieces:
     """Return the pieces between rising breaks (n, k) of n segments that follow rows of a law."""
-    duration = np.diff(breaks_s, axis=1)
+    duration = breaks_s[:, 1:] - breaks_s[:, :-1]
     kept = duration > 0.0
     # A segment of no duration keeps one empty piece, so that every segment has a place.
     kept[:, 0] |= ~(greatest(duration) > 0.0)
@@ -479,8 +479,6 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     steady_m_s = speed * steady
     peak = _peak_speed_m_s(law, cruising, answer)
 
-    slots = (ACCELERATE, CRUISE, BRAKE)
-    states = [STATE_INDEX[FlightState(s)] for s in ("accelerate", "cruise", "brake")]
     counts = [len(rows), len(only), len(rows)]
     row = np.concatenate((rows, rows[only], rows))
     start = np.concatenate((np.zeros(len(rows)), reached[only], pulse))
@@ -490,8 +488,8 @@ def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     breaks = np.column_stack((start, np.minimum(start + unit.system.delay_s, stop), stop))
     return make_part(
         law,
-        stage[row] * SLOTS + np.repeat(slots, counts),
-        np.repeat(states, counts),
+        stage[row] * SLOTS + np.repeat(_LEVEL_SLOTS, counts),
+        np.repeat(_LEVEL_STATES, counts),
         stop - start,
         pieces=_pieces_between(breaks, row),
         distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
@@ -579,12 +577,11 @@ def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, T
     assert altitude is not None  # the model has both: see its checks
     assert speed is not None
     residence_s = speed.transfer_function.mean_residence_time_s
-    parts = (
-        _fly_vertical(legs, altitude),
-        _fly_level(legs, speed),
-        fly_circles(legs, _speed_answer(speed).steady, residence_s),
-        _hold_in_place(legs),
-    )
+    parts = [_fly_vertical(legs, altitude), _fly_level(legs, speed)]
+    if legs.turns.any():  # most flights have no circles, and returns no holds
+        parts.append(fly_circles(legs, _speed_answer(speed).steady, residence_s))
+    if legs.hold_s.any():
+        parts.append(_hold_in_place(legs))
     motion, segments = join_parts(legs, parts)
     # Windows of power begin with every climb, descent and brake.
     models = (responses.climb_power, responses.descent_power, responses.brake_power)

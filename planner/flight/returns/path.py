@@ -302,7 +302,8 @@ class Returns(Value, eq=False, dict=True):
         """
         judged, _ = self.judged
         own_s = np.where(judged, self.flight.motion.segments.duration_s, 0.0)
-        return own_s, np.cumsum(own_s), np.cumsum(np.where(judged, np.diff(self.used_wh), 0.0))
+        own_wh = np.where(judged, self.used_wh[1:] - self.used_wh[:-1], 0.0)
+        return own_s, own_s.cumsum(), own_wh.cumsum()
 
     @cached_property
     def line_ends(self) -> BoolArray:
@@ -316,9 +317,10 @@ class Returns(Value, eq=False, dict=True):
 
     def at(self, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return segments at times of the flight, and the fractions of them that have passed. (n,)"""
-        segment = np.maximum(np.searchsorted(self.start_s, time_s, side="right") - 1, 0)
+        segment = np.maximum(self.start_s.searchsorted(time_s, side="right") - 1, 0)
         duration_s = np.maximum(self.flight.motion.segments.duration_s[segment], 1e-9)
-        return segment, np.clip((time_s - self.start_s[segment]) / duration_s, 0.0, 1.0)
+        fraction = (time_s - self.start_s[segment]) / duration_s
+        return segment, np.minimum(np.maximum(fraction, 0.0), 1.0)
 
     def points(self, segment: IntArray, fraction: FloatArray) -> ReturnPoints:
         """Return points of the flight, by segment and fraction of its time. (n,)
@@ -435,13 +437,11 @@ class Returns(Value, eq=False, dict=True):
         """
         motion = self.flight.motion
         time_s = self.start_s[segment] + fraction * motion.segments.duration_s[segment]
-        piece = np.clip(
-            np.searchsorted(self.piece_start_s, time_s, side="right") - 1,
-            self.first_piece[segment],
-            self.first_piece[segment + 1] - 1,
-        )
-        own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
-        return time_s, piece, own_s
+        piece = self.piece_start_s.searchsorted(time_s, side="right") - 1
+        piece = np.maximum(piece, self.first_piece[segment])
+        piece = np.minimum(piece, self.first_piece[segment + 1] - 1)
+        own_s = np.maximum(time_s - self.piece_start_s[piece], 0.0)
+        return time_s, piece, np.minimum(own_s, motion.piece_duration_s[piece])
 
     def _braking_power_w(self, places: StopPlaces) -> FloatArray:
         """Return the mean power of stops, evenly braked. (n,) [W]"""
@@ -571,7 +571,7 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
 
 def _used_before_wh(flight: Flight) -> FloatArray:
     """Return the energy used before each segment, and after the last. (s + 1,) [Wh]"""
-    return np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j))))
+    return np.concatenate(([0.0], wh_from_j(flight.segment_energy_j))).cumsum()
 
 
 def _evenly_braked(

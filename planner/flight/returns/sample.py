@@ -81,15 +81,15 @@ def line_ends(returns: Returns) -> BoolArray:
     upright = columns.distance_m < _UPRIGHT * np.abs(columns.climb_m)
     moves = upright | (columns.distance_m > 0.0)
     latest = np.maximum.accumulate(np.where(moves, np.arange(len(moves)), 0))
-    turns = np.diff(upright[latest], append=False)
-    return np.asarray(turns | (np.diff(returns.segment_stage, append=-1) != 0))
+    goes_up, stage = upright[latest], returns.segment_stage
+    return np.append((goes_up[1:] != goes_up[:-1]) | (stage[1:] != stage[:-1]), True)
 
 
 def in_order(segment: IntArray, fraction: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return points in flown order, each once."""
     order = np.lexsort((fraction, segment))
     segment, fraction = segment[order], fraction[order]
-    new = np.append(True, (np.diff(segment) != 0) | (np.diff(fraction) != 0.0))
+    new = np.append(True, (segment[1:] != segment[:-1]) | (fraction[1:] != fraction[:-1]))
     return segment[new], fraction[new]
 
 
@@ -129,16 +129,20 @@ def _evenly(
     The end of a line is taken for a point near it: there the sum has its corners.  Of more ends near one
     point all count, unless there are too many.
     """
-    passed_s = np.cumsum(own_s)
+    passed_s = own_s.cumsum()
     ends = np.flatnonzero(returns.line_ends & judged)
-    grid = np.linspace(0.0, most_s, SWEEP_POINTS + 1)[1:]
-    near = np.searchsorted(grid, passed_s[ends])
+    grid = most_s * (np.arange(1, SWEEP_POINTS + 1) / SWEEP_POINTS)
+    near = grid.searchsorted(passed_s[ends])
     last = near < SWEEP_POINTS
     if np.count_nonzero(last) > SWEEP_POINTS:
         last &= np.append(near[1:] != near[:-1], True)
-    even = np.delete(grid, near[last])
-    segment = np.minimum(np.searchsorted(passed_s, even), len(passed_s) - 1)
+    is_even = np.ones(SWEEP_POINTS, np.bool_)
+    is_even[near[last]] = False
+    even = grid[is_even]
+    segment = np.minimum(passed_s.searchsorted(even), len(passed_s) - 1)
     left = (passed_s[segment] - even) / np.maximum(own_s[segment], 1e-12)
     segment = np.concatenate((ends[last], segment))
-    fraction = np.concatenate((np.ones(np.count_nonzero(last)), np.clip(1.0 - left, 0.0, 1.0)))
+    fraction = np.concatenate(
+        (np.ones(np.count_nonzero(last)), 1.0 - np.minimum(np.maximum(left, 0.0), 1.0))
+    )
     return segment[judged[segment]], fraction[judged[segment]]

@@ -255,16 +255,17 @@ class _CoarseSweep(Value, eq=False):
         else:
             assert returns.sample is not None
             sweep = _swept(returns.sample)
-        sum_wh, used_wh = sweep.sum_wh, np.diff(sweep.used_wh)
-        inside = np.diff(returns_unbroken(returns)[sweep.segment]) == 0
+        sum_wh, used_wh = sweep.sum_wh, sweep.used_wh[1:] - sweep.used_wh[:-1]
+        unbroken, destination = returns_unbroken(returns)[sweep.segment], sweep.destination
+        inside = unbroken[1:] == unbroken[:-1]
         bound_wh = np.maximum(sum_wh[:-1], sum_wh[1:]) + used_wh
 
         ends = returns.line_ends
         line: IntArray = np.cumsum(ends) - ends
         is_end = ends[sweep.segment] & (sweep.fraction >= 1.0)
         along = np.asarray((line[sweep.segment] + is_end)[:-1] == line[sweep.segment[1:]])
-        along &= np.diff(sweep.destination) == 0
-        way_m = lengths(np.diff(sweep.stop_m, axis=0))
+        along &= destination[1:] == destination[:-1]
+        way_m = lengths(sweep.stop_m[1:] - sweep.stop_m[:-1])
         after_wh = wh_from_j(summed(sweep.after_stop_j))
         part = quotient(way_m[:-1], way_m[:-1] + way_m[1:], 0.5)
         off_wh = np.abs(after_wh[:-2] + part * (after_wh[2:] - after_wh[:-2]) - after_wh[1:-1])
@@ -406,14 +407,15 @@ def _interpolated(
     From where it has stopped, a vehicle returns as in between of the two ends of its stretch.
     """
     count = parts - 1
-    row = np.repeat(rows, count)
-    number = np.arange(1, len(row) + 1) - np.repeat(np.cumsum(count) - count, count)
-    part = number / np.repeat(parts, count)
+    row = rows.repeat(count)
+    number = np.arange(1, len(row) + 1) - (count.cumsum() - count).repeat(count)
+    part = number / parts.repeat(count)
     time_s = sweep.time_s[row] + part * (sweep.time_s[row + 1] - sweep.time_s[row])
     points = returns.points(*returns.at(time_s))
     way_m = sweep.stop_m[row + 1] - sweep.stop_m[row]
     ahead_m2 = dot(points.stop_m - sweep.stop_m[row], way_m)
-    part = np.clip(quotient(ahead_m2, dot(way_m, way_m), part, above=_SAME_PLACE_M2), 0.0, 1.0)
+    part = quotient(ahead_m2, dot(way_m, way_m), part, above=_SAME_PLACE_M2)
+    part = np.minimum(np.maximum(part, 0.0), 1.0)
 
     def between(ends: FloatArray) -> FloatArray:
         mixed: FloatArray = ends[row].T + part * (ends[row + 1] - ends[row]).T
