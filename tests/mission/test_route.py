@@ -128,7 +128,12 @@ def test_zero_latitude_and_longitude_mean_here_and_not_so_to_px4() -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "else_told"), [(16, [Severity.WARNING]), (17, []), (21, []), (22, []), (179, [])]
+    ("command", "else_told"),
+    [
+        *((command, [Severity.WARNING]) for command in (16, 17, 19, 21)),
+        (179, []),  # T102: with a height it is no "here"
+        (22, [Severity.INFO]),  # texts of Mission Planner have every take-off there
+    ],
 )
 def test_a_place_at_zero_zero_is_an_error_where_px4_flies_there(
     command: int, else_told: list[Severity]
@@ -844,7 +849,7 @@ def test_without_home_the_flight_starts_at_the_first_place() -> None:
 
 def test_a_mission_without_any_place_says_so() -> None:
     here = item(22, 0.0, 20.0, longitude_deg=0.0)
-    assert codes(make_route(mission(here, rtl(), home=None))) == ["M107"]
+    assert codes(make_route(mission(here, rtl(), home=None))) == ["M107", "M110"]
 
 
 @pytest.mark.parametrize(

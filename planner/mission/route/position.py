@@ -144,7 +144,8 @@ ZERO_POSITION = Rule(
     "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).  On "
     "ArduPilot 0°, 0° is 'here' (ModeAuto::do_land and its like); it is an error where no number is given: "
     "what is sent then is no latitude and the upload is refused (AP_Mission::mavlink_int_to_mission_cmd, "
-    "check_lat), or is what the program that sends it makes of it.",
+    "check_lat), or is what the program that sends it makes of it.  Where nobody says who flies it is a "
+    "warning, of a take-off a note: texts of Mission Planner have every take-off there.",
     fix="give the item the place it should be flown to",
     instead="a mission whose items have their places",
 )
@@ -206,7 +207,7 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
                 self.remark(ZERO_POSITION, message, severity=Severity.ERROR if does else None)
 
     def has_place(self, item: MissionItem) -> bool:
-        """Return whether an item names a place; 0°, 0° means 'here', and is reported on PX4."""
+        """Return whether an item names a place; 0°, 0° means 'here', reported but on ArduPilot."""
         latitude, longitude = item.latitude_deg, item.longitude_deg
         if latitude is None or longitude is None:
             return False
@@ -214,11 +215,13 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
             self.refuse(item, f"{latitude:g}°, {longitude:g}°: not a place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True
-        if self.dialect is Autopilot.PX4 or (item.command in _GOING and self.dialect is None):
+        if self.dialect is not Autopilot.ARDUPILOT:
             name = command_name(item.command)
             message = f"{name} at 0°, 0°: PX4 flies to that place; predicted as 'here'"
-            # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
-            severity = Severity.ERROR if self.dialect is Autopilot.PX4 else None
+            severity = Severity.INFO if item.command in TAKEOFFS else None
+            if self.dialect is Autopilot.PX4:
+                # It flies there, or returns there, and has no energy for it: the totals are not its flight.
+                severity = Severity.ERROR
             self.remark(ZERO_POSITION, message, severity=severity)
         return False
 
