@@ -13,10 +13,12 @@ from made_missions import item, mission, north
 from made_missions import takeoff as takeoff_to
 
 from planner.autopilot import Autopilot, Target
+from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.pilot import habits_of
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import VehicleHabits
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -221,3 +223,34 @@ def test_circles_of_4_7_go_round_by_the_sign_of_circle_rate(rate_deg_s: int) -> 
     habits = habits_of(given, target)
     route = make_route(mission(takeoff_to(20), circle), dialect=Autopilot.ARDUPILOT, habits=habits)
     assert route.stages[1].radius_m == math.copysign(20.0, rate_deg_s)
+
+
+def test_a_delay_behind_a_circle_is_flown_on_it() -> None:
+    # Flown with 4.7.0-dev: a quarter of a turn is over after 7.3 s, the delay of 20 s 20 s later.
+    delay = item(93, frame=2, params=(20.0, -1.0, -1.0, -1.0))
+    circle = item(18, north(60), 20.0, params=(0.25, 0.0, 20.0, None))
+    found = make_route(mission(takeoff_to(20), circle, delay), dialect=Autopilot.ARDUPILOT)
+    alone = make_route(mission(takeoff_to(20), circle), dialect=Autopilot.ARDUPILOT)
+    longer_s = time_s(fly(*found.stages)) - time_s(fly(*alone.stages))
+    assert longer_s == pytest.approx(20.0, abs=0.5)
+    spot = item(18, north(60), 20.0, params=(0.25, 0.0, 0.0, None))
+    still = VehicleHabits(circles_by_rate=True)
+    turned = make_route(
+        mission(takeoff_to(20), spot, delay), dialect=Autopilot.ARDUPILOT, habits=still
+    )
+    assert [one.kind for one in turned.stages[1:]] == [StageKind.CIRCLE, StageKind.DELAY]
+
+
+@pytest.mark.parametrize(("is_delayed", "is_told"), [(True, True), (False, False)])
+def test_here_behind_a_delay_on_a_circle_is_no_go(*, is_delayed: bool, is_told: bool) -> None:
+    circle = item(18, north(100), 20.0, params=(1.0, 0.0, 40.0, 0.0))
+    delay = item(93, frame=2, params=(20.0, -1.0, -1.0, -1.0))
+    here = item(21, 0.0, 0.0, longitude_deg=0.0)
+    items = (takeoff_to(20), circle, *[delay] * is_delayed, here)
+    for dialect in (Autopilot.ARDUPILOT, None):
+        told = [
+            f
+            for f in make_route(mission(*items), dialect=dialect).findings
+            if "circles on" in f.message
+        ]
+        assert [one.severity for one in told] == [Severity.ERROR] * is_told

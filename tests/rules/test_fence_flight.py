@@ -340,3 +340,19 @@ def test_a_way_outside_is_drawn_with_its_bends_of_a_tenth_of_a_radian_and_more(
     assert [len(part) for part in stretch.parts_deg] == [points] * (points > 0)
     assert stretch.start_deg == pytest.approx(degrees(0.0, 400.0), abs=2e-6)
     assert stretch.end_deg == pytest.approx((end.latitude_deg, end.longitude_deg), abs=2e-6)
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.STEP, Autopilot.ARDUPILOT])
+@pytest.mark.parametrize(("delay_s", "crosses"), [(20.0, True), (1.0, False)])
+def test_a_delay_behind_a_circle_leads_on_round_it(
+    autopilot: Autopilot, delay_s: float, *, crosses: bool
+) -> None:
+    # Flown with ArduCopter: 7 s for the quarter of a circle of 20 m from the south to the west, and by 20 s
+    # of NAV_DELAY round it by the north and the east, 19 m from its centre.
+    quarter = at(0, 60, command=18, params=(0.25, 0.0, 20.0, None))
+    delay = item(93, frame=2, params=(delay_s, -1.0, -1.0, -1.0))
+    east = box(15.0, 55.0, 25.0, 65.0, inclusion=False)
+    items = (takeoff(20), quarter, delay, at(-60, 60), rtl())
+    found = findings_of(items, east, autopilot=autopilot)
+    assert ("F107" in found) is crosses
+    assert "F107" not in findings_of((*items[:2], *items[3:]), east, autopilot=autopilot)

@@ -182,6 +182,8 @@ class StepLegs(Value, eq=False):
             if s.kind is circling:
                 end[row, :2] = _edge_m(end[row, :2], end[row - 1, :2], abs(s.radius_m))
         speeds_m_s = [speeds.of(stage) for stage in flown]
+        turns = [_turns(s, speed) for s, speed in zip(flown, speeds_m_s, strict=True)]
+        hold_s = np.where([s.kind is circling for s in flown], 0.0, hold_s)
         takeoff = np.array([s.kind is taking_off for s in flown])
         return cls(
             item=np.array([s.item for s in flown]),
@@ -191,7 +193,7 @@ class StepLegs(Value, eq=False):
             hold_s=hold_s,
             centre_m=centre,
             circle_m=np.array([s.radius_m for s in flown]),
-            turns=np.array([s.turns if s.radius_m else 0.0 for s in flown]),
+            turns=np.array(turns),
             climb_state=np.where(takeoff, _TAKEOFF, _CLIMB),
             descent_state=np.where(landing, _LAND, _DESCEND),
             rows=np.column_stack((first, last)),
@@ -242,6 +244,14 @@ def _edge_m(centre_m: FloatArray, from_m: FloatArray, radius_m: float) -> FloatA
     distance = float(np.hypot(*away))
     direction = away / distance if distance > 0.0 else np.array([1.0, 0.0])
     return centre_m + radius_m * direction
+
+
+def _turns(stage: Stage, speed_m_s: float) -> float:
+    """Return the turns of a circle, and those it is circled on for."""
+    if not stage.radius_m:
+        return 0.0
+    held_m = stage.hold_s * speed_m_s if stage.kind is StageKind.CIRCLE else 0.0
+    return stage.turns + held_m / (2.0 * math.pi * abs(stage.radius_m))
 
 
 VERTICAL_TOLERANCE_M = 1.0

@@ -72,7 +72,7 @@ class Stage(Value, kw_only=False, gc=False):
     may_slow_landing: bool = False
     """Whether that is commanded while it descends, and counts where it is slower than the vehicle's own."""
     hold_s: float = 0.0
-    """Time to stay at the place; after a landing on the ground. [s]"""
+    """Time to stay at the place; after a landing on the ground, after turns circling on. [s]"""
     acceptance_radius_m: float | None = None
     """Distance at which the place counts as reached; ``None``: the vehicle's own. [m]"""
     yaw_deg: float | None = None

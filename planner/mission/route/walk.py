@@ -127,8 +127,8 @@ ITEM_NOT_MODELLED = Rule(
     "between two places that ArduPilot flies through, up or down right before a landing, a return or an item "
     "of altitude 0, names a height but no place, or stands before the "
     "take-off of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its "
-    "centre; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 "
-    "flies one without a radius as wide as the one before, 4.7 on the spot; where it has a part of a turn, "
+    "centre, or flies on while NAV_DELAY lasts; where LOITER_TURNS counts below zero on ArduPilot, which "
+    "until 4.6 flies one without a radius as wide as the one before, 4.7 on the spot; where it has a part of a turn, "
     "which 4.7 flies to the side of CIRCLE_RATE's sign, others to that of the radius, and the version is "
     "unknown; at a DO_CHANGE_SPEED or a landing behind a "
     "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE "
@@ -255,8 +255,8 @@ class MissionState(Position, kw_only=True, eq=False):
     is_over: bool = False
     is_behind_gate: bool = False
     """Whether a gate was the last item with a place."""
-    is_side_unknown: bool = False
-    """Whether a circle begun at its centre was the last item with a place."""
+    unknown_side: str = ""
+    """Why it is unknown where on the circle before the vehicle is; empty: it is known."""
     circle_radius_m: float = 0.0
     """Radius of the circle before; 0: there is none. [m]"""
     moved_homes: list[HomePlace] = field(default_factory=list)
@@ -317,19 +317,18 @@ class MissionState(Position, kw_only=True, eq=False):
             self.remark(WAITS_FOR_EVER, message, severity=severity)
 
     def _remark_unknown_side(self, item: MissionItem) -> None:
-        """Tell what is "here" behind a circle that was begun at its centre: on any side of it."""
+        """Tell what is "here" behind a circle that may be left on any side of it."""
         goes, sets_home = is_destination(item.command), item.command == Command.DO_SET_HOME
-        if not self.is_side_unknown or not (goes or sets_home):
+        if not self.unknown_side or not (goes or sets_home):
             return
         if item.sets_home_here if sets_home else not item.names_place:
             message = (
-                f"{command_name(item.command)} here, behind LOITER_TURNS begun at its centre: ArduPilot "
-                "leaves that straight behind, by its heading, which is not predicted: give it a place, or "
-                "begin the circle beside its centre"
+                f"{command_name(item.command)} here, behind LOITER_TURNS {self.unknown_side}: not "
+                "predicted where that is: give it a place"
             )
             self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
         elif goes:
-            self.is_side_unknown = False
+            self.unknown_side = ""
 
     def _carry_out(self, item: MissionItem) -> None:
         _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
@@ -670,8 +669,10 @@ class MissionState(Position, kw_only=True, eq=False):
             from_deg[0] - self.latitude_deg,
             math.remainder(from_deg[1] - self.longitude_deg, 360.0) * east_deg,
         )
-        self.is_side_unknown = abs(away) <= _AT_CENTRE_DEG
-        away = complex(-1.0, 0.0) if self.is_side_unknown else away / abs(away)
+        is_at_centre = abs(away) <= _AT_CENTRE_DEG
+        begun = "begun at its centre, which ArduPilot leaves straight behind, by its heading"
+        self.unknown_side = begun if is_at_centre else ""
+        away = complex(-1.0, 0.0) if is_at_centre else away / abs(away)
         away *= cmath.rect(
             abs(radius_m) / _METRES_PER_DEGREE, math.copysign(math.tau * turns, radius_m)
         )
@@ -753,8 +754,31 @@ class MissionState(Position, kw_only=True, eq=False):
             wait = quantity.duration(seconds)
             message = f"waits {wait} on the ground before the take-off: not counted"
             self.remark(WAIT_NOT_COUNTED, message)
+        elif self._circles_on:
+            self._circle_on(item, seconds)
         else:
             self._add(self._stage(StageKind.DELAY, hold_s=seconds))
+
+    @property
+    def _circles_on(self) -> bool:
+        """Whether ArduPilot flies on round the circle behind it while it is delayed.
+
+        ``ModeAuto::do_nav_delay`` starts nothing: ``circle_run`` goes on.  Flown: a quarter of a circle of
+        20 m and 20 s of NAV_DELAY lead all round it.
+        """
+        circles = bool(self.stages) and self.stages[-1].kind is StageKind.CIRCLE
+        return circles and self.dialect is not Autopilot.PX4 and self.stages[-1].radius_m != 0.0
+
+    def _circle_on(self, item: MissionItem, seconds: float) -> None:
+        circle = self.stages[-1]
+        self.stages[-1] = replace(circle, hold_s=circle.hold_s + seconds)
+        self.unknown_side = "and NAV_DELAY, while which ArduPilot circles on"
+        if self.conditions or self.waiting:
+            message = (
+                f"{command_name(item.command)} behind LOITER_TURNS, and what conditions hold back: ArduPilot "
+                "carries that out while it circles on, which is not predicted"
+            )
+            self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
 
     def set_down(self, item: MissionItem) -> None:
         """Lower a load to the ground."""

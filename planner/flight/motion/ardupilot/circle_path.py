@@ -80,8 +80,9 @@ class CircleTask(NamedTuple):
         speed_m_s: float,
         parameters: ArduPilotParameters,
         drag: float,
+        hold_s: float = 0.0,
     ) -> CircleTask:
-        """Return the task of a circle; one of no turns or at no rate takes no time.
+        """Return the task of a circle; one of no turns or at no rate takes no time but that it is held for.
 
         Notes
         -----
@@ -93,12 +94,13 @@ class CircleTask(NamedTuple):
         rate = min(abs(parameters.circle_rate_rad_s), fastest / size if size else math.inf)
         rise = max(acceleration / size if size else rate, _LEAST_ANGULAR_ACCELERATION_RAD_S2)
         angle = 2.0 * math.pi * turns
+        turns_s = angle / rate + 0.5 * rate / rise if angle * rate > 0.0 else 0.0
         return cls(
             radius_m=size,
             rate_rad_s=rate,
             rise_rad_s2=rise,
             start_m=round(start_m, 6),
-            duration_s=angle / rate + 0.5 * rate / rise if angle * rate > 0.0 else 0.0,
+            duration_s=turns_s + hold_s * (rate > 0.0),
             speed_m_s=speed_m_s,
             acceleration_m_s2=acceleration,
             drag=drag,

@@ -355,6 +355,7 @@ def _chained(
                     speed_m_s=float(speed_m_s[row]),
                     parameters=parameters,
                     drag=drag,
+                    hold_s=stages[row].hold_s,
                 )
                 if circles[row].leads_round:
                     stop_m = np.array([[circle_path(circles[row]).stop_m]])
