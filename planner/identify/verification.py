@@ -525,7 +525,7 @@ def verify_flight(
     home = flown_home(record)
     mission = known.mission or flown_mission(record)
     mission = mission if home is None else replace(mission, home=home)
-    flown_by = vehicle.reference
+    flown_by = _flown_by(record, vehicle)
     given = known.parameters or (None if flown_by is Autopilot.STEP else record_parameters(record))
     if record.autopilot not in {None, flown_by} and flown_by is not Autopilot.STEP:
         msg = (
@@ -534,6 +534,8 @@ def verify_flight(
         )
         raise UsageError(msg)
     setup, assumed = _setup(record, vehicle, given, known)
+    if flown_by is not vehicle.reference:
+        setup = replace(setup, autopilot=flown_by)
     flown_with, findings = flight_parameters(setup)
     target = None if given is None or given.stack is None else Target(given.stack, given.version)
     pilot = make_pilot(setup, flown_with)
@@ -601,6 +603,13 @@ def verify_flight(
         flown=window.flown,
         foreseen=foreseen,
     )
+
+
+def _flown_by(record: FlightRecord, vehicle: VehicleModel) -> Autopilot:
+    """Return who flies a prediction: the log's autopilot where the model only assumes its own."""
+    if vehicle.reference_assumed and record.autopilot is not None:
+        return record.autopilot
+    return vehicle.reference
 
 
 CONDITIONS_ASSUMED = Rule(

@@ -43,7 +43,7 @@ def calibrate_verified(
         msg = f"{', '.join(lost)}: not flown by the mission, nothing to compare: leave it out"
         raise UsageError(msg)
     kept = [flight for flight in flights if flight is not None]
-    sources = {OTHER_FLIGHTS: calibrate(kept, known=REPEATABILITY[vehicle.reference])}
+    sources = {OTHER_FLIGHTS: calibrate(kept, known=REPEATABILITY[done[0].setup.flown_by])}
     if vehicle.spread is not None:
         spreads = [
             spread_at_noise(vehicle.spread, vehicle, one.setup.position_noise_m) for one in done

@@ -203,6 +203,19 @@ def test_a_model_of_another_autopilot_is_refused(flown: FlightRecord) -> None:
         verify_flight(replace(flown, autopilot=Autopilot.ARDUPILOT), model, CALM)
 
 
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT, None])
+def test_a_model_that_only_assumes_its_autopilot_is_flown_by_that_of_the_log(
+    flown: FlightRecord, autopilot: Autopilot | None
+) -> None:
+    model = load_vehicle("dji-f450")
+    assert (model.reference, model.reference_assumed) == (Autopilot.ARDUPILOT, True)
+    done = verify_flight(replace(flown, autopilot=autopilot), model, CALM)
+    assert done.setup.flown_by is (autopilot or Autopilot.ARDUPILOT)
+    stated = replace(model, reference=autopilot or Autopilot.ARDUPILOT, reference_assumed=False)
+    same = verify_flight(replace(flown, autopilot=autopilot), stated, CALM)
+    assert done.predicted == same.predicted
+
+
 def test_a_pilot_who_takes_over_is_reported(flown: FlightRecord) -> None:
     mode = np.full(flown.time_s.size, "AUTO_MISSION", dtype="<U16")
     mode[600:900] = "POSCTL"

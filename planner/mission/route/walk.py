@@ -125,13 +125,13 @@ ITEM_NOT_MODELLED = Rule(
     "flies a spline straight and there is a fence, a terrain or a limit of the site; where a gripper "
     "picks up a load after the take-off and no --payload is given; where DO_SET_HOME moves home up "
     "between two places that ArduPilot flies through, up or down right before a landing, a return or an item "
-    "of altitude 0, names a height but no place, or stands before the "
-    "take-off of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its "
-    "centre, or flies on while NAV_DELAY lasts; where LOITER_TURNS counts below zero on ArduPilot, which "
-    "until 4.6 flies one without a radius as wide as the one before, 4.7 on the spot; where it has a part of a turn, "
-    "which 4.7 flies to the side of CIRCLE_RATE's sign, others to that of the radius, and the version is "
-    "unknown; at a DO_CHANGE_SPEED or a landing behind a "
-    "CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE "
+    "of altitude 0, names a height but no place, or stands before the take-off of a vehicle that arms in "
+    "AUTO; at what is here behind a circle that ArduPilot begins at its centre, or flies on while NAV_DELAY "
+    "lasts; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 flies one without a radius as "
+    "wide as the one before, 4.7 on the spot; where it has a part of a turn, which 4.7 flies to the side of "
+    "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
+    "landing behind a CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or "
+    "CONDITION_DISTANCE "
     "within 1 m of where the leg is over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
