@@ -22,7 +22,7 @@ from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import plan_text, wpl_text, written_items
 from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
 from planner.mission.route.order import flown_order
-from planner.mission.route.queue import is_queued
+from planner.mission.route.queue import JUMPS, is_queued
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.units import FASTEST_M_S
@@ -415,8 +415,8 @@ def mission_at_speed(mission: Mission, speed_m_s: float) -> Mission:
                 rows.append(commanded)
     first = _first_ungoverned(mission, dialect)
     if first is not None:
-        # it takes over the id, so that a jump to that leg passes it too
-        written[first - 1].insert(0, replace(commanded, jump_id=mission.items[first - 1].jump_id))
+        # A jump leads to the place behind it, as before: ArduPilot flies elsewhere from one to a DO_ item.
+        written[first - 1].insert(0, commanded)
     items = tuple(chain.from_iterable(written))
     if len(items) > len(mission.items):
         items = numbered_in_order(items)
@@ -468,7 +468,8 @@ def _first_ungoverned(mission: Mission, dialect: Autopilot | None) -> int | None
     """Return before which item a speed has to be set for the first level leg; ``None``: one is.
 
     That leg's own, or on ArduPilot the first of the queue before it: a speed behind another item of the
-    queue is set on the way at best, and one behind a condition wherever that is met.
+    queue is set on the way at best, and one behind a condition wherever that is met.  Where a jump leads
+    there first, the jump.
     """
     route = make_route(mission, dialect=dialect)
     first = next(_level_stages(route), None)
@@ -477,10 +478,17 @@ def _first_ungoverned(mission: Mission, dialect: Autopilot | None) -> int | None
     leg = route.stages[first].item
     flown = {stage.item for stage in route.stages}
     queue: int | None = None
-    for number in flown_order(mission.items, dialect).visits:
+    visits = flown_order(mission.items, dialect).visits
+    for number in visits:
         item = mission.items[number - 1]
         if number == leg:
-            return queue or number
+            at = visits.index(queue or number)
+            while at and (
+                visits[at] != visits[at - 1] + 1
+                or mission.items[visits[at - 1] - 1].command in JUMPS
+            ):
+                at -= 1
+            return visits[at]
         if number in flown:
             queue = None
         elif queue is None and _sets_level_speed(item, dialect):

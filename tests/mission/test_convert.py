@@ -242,8 +242,27 @@ def test_a_speed_is_inserted_before_the_first_leg_and_jumps_lead_where_they_did(
     changed = mission_at_speed(made, 7.0)
     assert [one.command for one in changed.items] == [22, 178, 16, 16, 177, 20]
     assert commanded(changed) == [(1.0, 7.0)]
-    assert changed.items[4].param1 == 2.0  # the inserted item, and so the leg behind it
+    assert changed.items[4].param1 == 3.0  # the same place: it is flown at that speed already
     assert [one.jump_id for one in changed.items] == [1, 2, 3, 4, 5, 6]
+    # From a jump to the item inserted ArduPilot flies to the place behind the jump (#31021).
+    onward = mission(*made.items[:4], waypoint(900.0, 30.0), rtl())
+    for dialect in (Autopilot.ARDUPILOT, None):
+        for flown in (onward, mission_at_speed(onward, 7.0)):
+            found = make_route(flown, dialect=dialect).findings
+            assert "T124" not in {one.code for one in found}
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT, None])
+def test_a_speed_is_inserted_before_the_jump_that_leads_to_the_first_leg(
+    autopilot: Autopilot | None,
+) -> None:
+    there, back = waypoint(100.0, 30.0), waypoint(0.0, 30.0)
+    made = replace(mission(takeoff(30.0), jump(4, 1), back, there, rtl()), autopilot=autopilot)
+    changed = mission_at_speed(made, 7.0)
+    assert [one.command for one in changed.items] == [22, 178, 177, 16, 16, 20]
+    assert changed.items[2].param1 == 5.0
+    stages = make_route(changed, dialect=autopilot).stages
+    assert [stage.speed_m_s for stage in stages[1:-1]] == [7.0]
 
 
 def test_a_speed_is_inserted_before_the_condition_that_would_hold_it_back() -> None:
