@@ -73,7 +73,7 @@ def text_of(screen: Screen[Any], selector: str) -> str:
 def rows_of(screen: Screen[Any], selector: str) -> list[tuple[str, ...]]:
     """Return all rows of a list."""
     rows = screen.query_one(selector, RowList).rows
-    return [rows.cells(index) for index in range(len(rows))]
+    return [rows.row(index)[0] for index in range(len(rows))]
 
 
 async def missions_shown(pilot: Pilot[None]) -> MissionsScreen:

@@ -83,7 +83,7 @@ class Manoeuvre(Value, eq=False, dict=True):
             msg = "a manoeuvre needs a sample at rest before its reference leaves"
             raise ValueError(msg)
 
-    @property
+    @cached_property
     def step_s(self) -> float:
         """Time between two samples [s]."""
         step_s = float(self.time_s[-1] - self.time_s[0]) / (self.time_s.size - 1)

@@ -434,11 +434,15 @@ def _roots(monic: FloatArray) -> ComplexArray:
 
 def _quotient_series(numerator: FloatArray, denominator: FloatArray, length: int) -> FloatArray:
     """First terms of the power series numerator / denominator, coefficients ascending. (length, …)"""
-    given = [*np.moveaxis(numerator, -1, 0)]
-    first, *carried = np.moveaxis(denominator, -1, 0)
+    # Of one system plain numbers: as arrays without axes they take several times as long.
+    is_one = denominator.ndim == 1
+    given, divisors = (
+        one.tolist() if is_one else [*np.moveaxis(one, -1, 0)] for one in (numerator, denominator)
+    )
+    first, *carried = divisors
     terms: list[Any] = []
     for j in range(length):
-        term = given[j] if j < len(given) else np.zeros(denominator.shape[:-1])
+        term = given[j] if j < len(given) else 0.0 * first
         for i, coefficient in enumerate(carried[:j], start=1):
             term = term - coefficient * terms[j - i]
         terms.append(term / first)

@@ -101,9 +101,9 @@ def _review(result: CheckResult) -> str:
                 brief,
                 flight_details(result),
                 preview(entry, result),
-                *(table.cells(row) for row in range(len(table))),
-                *(findings.cells(row) for row in range(len(findings))),
-                *(checklist.cells(row) for row in range(len(checklist))),
+                *(table.row(row)[0] for row in range(len(table))),
+                *(findings.row(row)[0] for row in range(len(findings))),
+                *(checklist.row(row)[0] for row in range(len(checklist))),
             ),
         )
     )
@@ -202,7 +202,7 @@ def test_not_checked_has_a_sign_and_a_colour_of_its_own(flown: CheckResult) -> N
     left_open = replace(flown, verdict="no-go", findings=(finding,))
     entry = MissionEntry(path="site.plan", name="site.plan")
     table = mission_table([entry], {"site.plan": left_open})
-    assert table.cells(0)[0] == "–"
+    assert table.row(0)[0][0] == "–"
     assert table.tone_of(entry) == "warning"
     assert str(verdict_line(summary(left_open))).startswith("– NOT CHECKED")
     assert left_open_details(OPEN).tone == "warning"

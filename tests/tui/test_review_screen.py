@@ -159,7 +159,7 @@ async def test_the_suggested_battery_goes() -> None:
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         rows = screen.query_one("#suggestions", RowList)
-        offered = [rows.rows.cells(index)[1] for index in range(len(rows.rows))]
+        offered = [rows.rows.row(index)[0][1] for index in range(len(rows.rows))]
         [at] = [index for index, text in enumerate(offered) if "battery" in text]
         rows.focus()
         await pilot.pause()

@@ -182,8 +182,8 @@ def test_no_row_is_told_apart_by_its_colour_alone() -> None:
     for rows in tables:
         tones: dict[str, set[str]] = {}
         for index in range(len(rows)):
-            sign, text = rows.cells(index)[0].strip(), rows.cells(index)[1].strip()
-            tones.setdefault(sign or text[:1], set()).add(rows.tone_of(rows.entries[index]))
+            (sign, text, *_), tone = rows.row(index)
+            tones.setdefault(sign.strip() or text.strip()[:1], set()).add(tone)
         assert all(len(tone) == 1 for tone in tones.values()), (type(rows), tones)
 
 

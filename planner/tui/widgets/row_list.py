@@ -48,9 +48,10 @@ class Table(Value, eq=False):
     def __len__(self) -> int:
         return len(self.entries)
 
-    def cells(self, index: int) -> tuple[str, ...]:
-        """Return the texts of a row."""
-        return self.cells_of(self.entries[index])
+    def row(self, index: int) -> tuple[tuple[str, ...], str]:
+        """Return the texts of a row, and what it is to look like."""
+        entry = self.entries[index]
+        return self.cells_of(entry), self.tone_of(entry)
 
 
 class RowList(ScrollView, can_focus=True):
@@ -208,8 +209,8 @@ class RowList(ScrollView, can_focus=True):
         if index >= len(self.rows):
             text = f" {self._empty}" if y == 1 and not len(self.rows) else ""
             return Strip([Run(set_cell_size(text, width), self.rich_style)], width)
-        part = "cursor" if index == self.cursor else self.rows.tone_of(self.rows.entries[index])
-        return self._strip(self.rows.cells(index), part, width)
+        cells, tone = self.rows.row(index)
+        return self._strip(cells, "cursor" if index == self.cursor else tone, width)
 
     def _strip(self, cells: tuple[str, ...], part: str, width: int) -> Strip:
         columns = self.rows.columns
