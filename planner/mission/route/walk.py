@@ -318,8 +318,10 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def _remark_unknown_side(self, item: MissionItem) -> None:
         """Tell what is "here" behind a circle that may be left on any side of it."""
+        if not self.unknown_side:
+            return
         goes, sets_home = is_destination(item.command), item.command == Command.DO_SET_HOME
-        if not self.unknown_side or not (goes or sets_home):
+        if not (goes or sets_home):
             return
         if item.sets_home_here if sets_home else not item.names_place:
             message = (
