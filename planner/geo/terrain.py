@@ -111,11 +111,13 @@ class TerrainTile(Value, eq=False):
     """The shorter side of the cell in the middle. [m]"""
 
     def height_amsl_m(
-        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
+        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike, *, ridged: bool = False
     ) -> FloatArray:
         """Return the bilinearly interpolated height; NaN where the tile does not know it. [m]
 
-        Within half a cell of the tile's edge it is that of the outermost cells.
+        Within half a cell of the tile's edge it is that of the outermost cells.  Of four cells of which two
+        across from each other are high, a grid does not tell whether a ridge joins them: ``ridged`` it does,
+        and the ground is the higher of the two pairs of triangles through their centres.
         """
         row, column = self.row_column(latitude_deg, longitude_deg)
         rows, columns = self.heights_amsl_m.shape
@@ -124,17 +126,23 @@ class TerrainTile(Value, eq=False):
         column = np.clip(np.where(known, column, 0.0), 0.0, columns - 1.0)
         top, left = np.floor(row).astype(np.intp), np.floor(column).astype(np.intp)
         down, right = row - top, column - left
-        height = np.where(known, 0.0, np.nan)
-        for i, j, weight in (
-            (top, left, (1.0 - down) * (1.0 - right)),
-            (top, np.minimum(left + 1, columns - 1), (1.0 - down) * right),
-            (np.minimum(top + 1, rows - 1), left, down * (1.0 - right)),
-            (np.minimum(top + 1, rows - 1), np.minimum(left + 1, columns - 1), down * right),
+        height, crest = np.where(known, 0.0, np.nan), np.zeros(known.shape)
+        for i, j, weight, side in (
+            (top, left, (1.0 - down) * (1.0 - right), 1.0),
+            (top, np.minimum(left + 1, columns - 1), (1.0 - down) * right, -1.0),
+            (np.minimum(top + 1, rows - 1), left, down * (1.0 - right), -1.0),
+            (np.minimum(top + 1, rows - 1), np.minimum(left + 1, columns - 1), down * right, 1.0),
         ):
             # A cell of no weight must not spread its NaN; less is the rounding of degrees.
-            counts = weight > _LEAST_WEIGHT
-            height += np.where(counts, weight * self.heights_amsl_m[i, j], 0.0)
-        return height
+            counts, cell_m = weight > _LEAST_WEIGHT, self.heights_amsl_m[i, j]
+            height += np.where(counts, weight * cell_m, 0.0)
+            crest += side * cell_m
+        if not ridged:
+            return height
+        # Bilinear, the middle is a quarter of this below the pair across that is the higher.
+        across = np.where(crest > 0.0, down, 1.0 - down)
+        lift = np.minimum(right, across) * (1.0 - np.maximum(right, across))
+        return np.where(lift > 0.0, height + np.abs(crest) * lift, height)
 
     def row_column(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
@@ -195,7 +203,7 @@ class TerrainTile(Value, eq=False):
 
 
 class GroundProfile(Value, eq=False):
-    """The ground under lines, in parts that are parabolas."""
+    """The ground under lines, in parts that are straight."""
 
     line: IntArray
     """Line each part is of, rising; every line has one or more. (k,)"""
@@ -203,7 +211,7 @@ class GroundProfile(Value, eq=False):
     """Where on its line each part begins and ends, 0 to 1. (k,) [-]"""
     end: FloatArray
     ground_amsl_m: FloatArray
-    """At the beginning, the middle and the end of each part; NaN where it is not known. (k, 3) [m]"""
+    """At the beginning and the end of each part; NaN where it is not known. (k, 2) [m]"""
 
 
 _COMPARED = 129
@@ -213,9 +221,9 @@ _SAME_GROUND_M = 0.01
 _NARROW_DEG = 180.0
 """Wider tiles are on every longitude, as good as. [°]"""
 _SAME_FRACTION = 1e-12
-_QUARTERS = np.array([0.25, 0.5, 0.75])
-_TO_ENDS = np.array([[3.0, 0.0, 1.0], [-3.0, 1.0, -3.0], [1.0, 0.0, 3.0]])
-"""From a parabola at its quarters to its beginning, middle and end."""
+_QUARTERS = np.array([0.25, 0.75])
+_TO_ENDS = np.array([[1.5, -0.5], [-0.5, 1.5]])
+"""From what is straight at its quarters to its beginning and end: a hole may begin right there."""
 
 
 class OtherGround(Value, eq=False):
@@ -244,9 +252,9 @@ class TerrainGrid(Value):
         return min(tile.cell_m for tile in self.tiles)
 
     def height_amsl_m(
-        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
+        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike, *, ridged: bool = False
     ) -> MaskedHeights:
-        """Return the height of the ground, interpolated bilinearly. [m]
+        """Return the height of the ground, interpolated bilinearly, or ``ridged`` as of a tile. [m]
 
         It is masked, and NaN beneath the mask, outside of every tile and where one of the cells
         around has no data.
@@ -259,7 +267,9 @@ class TerrainGrid(Value):
             missing = np.isnan(height)
             if not missing.any():
                 break
-            height[missing] = tile.height_amsl_m(latitude[missing], longitude[missing])
+            height[missing] = tile.height_amsl_m(
+                latitude[missing], longitude[missing], ridged=ridged
+            )
         masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
         return masked
 
@@ -309,7 +319,7 @@ class TerrainGrid(Value):
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the places and heights where the ground between places may rise above a height. (k,)
 
-        Between four centres of cells the ground is bilinear, nowhere higher than the highest of them: over
+        Between four centres of cells the ground is nowhere higher than the highest of them: over
         any area it is highest at a centre inside or on the area's edge.  [°], [°], [m]
         """
         found = [
@@ -319,7 +329,7 @@ class TerrainGrid(Value):
         return latitude, longitude, self.height_amsl_m(latitude, longitude).filled(np.nan)
 
     def under(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> GroundProfile:
-        """Return the ground under lines, cut wherever they pass from one cell's centre to the next's.
+        """Return the ground under lines, ridged as a tile's, cut wherever a triangle of it ends.
 
         Parameters
         ----------
@@ -328,8 +338,8 @@ class TerrainGrid(Value):
 
         Notes
         -----
-        Between four centres the ground is bilinear, so that along a line it is a parabola: three places
-        inside of each part determine it, and nothing between them is left out.
+        Sides of triangles join centres of cells to those beside them, of one row or column, and to those
+        across.  Between them the ground is a plane: two places determine it, and nothing is left out.
         """
         turn = (longitude_deg[:, 1] - longitude_deg[:, 0] + 180.0) % 360.0 - 180.0
         north = latitude_deg[:, 1] - latitude_deg[:, 0]
@@ -337,10 +347,17 @@ class TerrainGrid(Value):
         lines = [np.arange(count), np.arange(count)]
         fractions = [np.zeros(count), np.ones(count)]
         for tile in self.tiles:
-            for axis, size in zip(
-                tile.row_column(latitude_deg, longitude_deg), tile.heights_amsl_m.shape, strict=True
+            (row, column), (rows, columns) = (
+                tile.row_column(latitude_deg, longitude_deg),
+                tile.heights_amsl_m.shape,
+            )
+            for place, least, most in (
+                (row, 0, rows - 1),
+                (column, 0, columns - 1),
+                (row + column, 0, rows + columns - 2),
+                (row - column, 1 - columns, rows - 1),
             ):
-                line, fraction = _crossings(axis, size)
+                line, fraction = _crossings(place, least, most)
                 lines.append(line)
                 fractions.append(fraction)
         line, fraction = np.concatenate(lines), np.concatenate(fractions)
@@ -351,7 +368,9 @@ class TerrainGrid(Value):
         line, start, end = line[part], fraction[part], fraction[part + 1]
         along = start[:, None] + (end - start)[:, None] * _QUARTERS
         places = latitude_deg[line, :1] + along * north[line, None]
-        heights = self.height_amsl_m(places, longitude_deg[line, :1] + along * turn[line, None])
+        heights = self.height_amsl_m(
+            places, longitude_deg[line, :1] + along * turn[line, None], ridged=True
+        )
         return GroundProfile(
             line=line, start=start, end=end, ground_amsl_m=heights.filled(np.nan) @ _TO_ENDS
         )
@@ -392,20 +411,19 @@ def _most_apart(
     return float(apart_m[most]), float(latitude[most]), float(longitude[most])
 
 
-def _crossings(place: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
-    """Return where lines, by their ends in cells (n, 2), pass centres of cells and the grid's edges."""
-    low = np.clip(np.nan_to_num(place.min(axis=1), nan=0.0), -1.0, size)
-    high = np.clip(np.nan_to_num(place.max(axis=1), nan=0.0), -1.0, size)
+def _crossings(place: FloatArray, least: int, most: int) -> tuple[IntArray, FloatArray]:
+    """Return where lines, by their ends in cells (n, 2), pass centres of the cells and half a cell beyond."""
+    low = np.clip(np.nan_to_num(place.min(axis=1), nan=0.0), least - 1.0, most + 1.0)
+    high = np.clip(np.nan_to_num(place.max(axis=1), nan=0.0), least - 1.0, most + 1.0)
     first, last = np.ceil(low).astype(np.intp), np.floor(high).astype(np.intp)
     count = np.maximum(last - first + 1, 0)
     line = np.repeat(np.arange(len(place)), count)
     number = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
     level = (first[line] + number).astype(np.float64)
-    edges = [np.flatnonzero((low < edge) & (high > edge)) for edge in (-0.5, size - 0.5)]
+    beyond = (least - 0.5, most + 0.5)
+    edges = [np.flatnonzero((low < edge) & (high > edge)) for edge in beyond]
     line = np.concatenate((line, *edges))
-    level = np.concatenate(
-        (level, np.full(len(edges[0]), -0.5), np.full(len(edges[1]), size - 0.5))
-    )
+    level = np.concatenate((level, np.repeat(beyond, [len(edge) for edge in edges])))
     begin, way = place[line, 0], place[line, 1] - place[line, 0]
     crosses = np.isfinite(way) & (way != 0.0)
     line = line[crosses]

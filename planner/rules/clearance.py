@@ -30,6 +30,8 @@ SAME_PLACE_M = 1e-3
 """Lines shorter over ground go up and down. [m]"""
 ROUNDING_M = 1e-4
 """Heights of grids are of single precision. [m]"""
+_TINY_M = 1e-300
+"""Divides nothing into nothing. [m]"""
 _FALLS_SHORT_M = 0.8
 """NAV_MC_ALT_RAD as it is delivered: PX4 takes a height for reached so far below it, and flies on. [m]"""
 _SHORT_SHARE = 0.2
@@ -43,7 +45,7 @@ GROUND_THERE = "a grid without holes there: --terrain, with several files where 
 
 
 class Clearance(Value, eq=False):
-    """Height above the ground along lines, in parts in which it is a parabola."""
+    """Height above the ground along lines, in parts in which it is straight."""
 
     line: IntArray
     """Line each part is of, rising. (k,)"""
@@ -53,7 +55,7 @@ class Clearance(Value, eq=False):
     length_m: FloatArray
     """Over ground. (k,) [m]"""
     at_m: FloatArray
-    """At the beginning, the middle and the end; above home's level where the ground is not known. (k, 3)"""
+    """At the beginning and the end; above home's level where the ground is not known. (k, 2)"""
     is_known: BoolArray
     """Whether the ground is. (k,)"""
     asked_m: FloatArray
@@ -63,43 +65,14 @@ class Clearance(Value, eq=False):
 
     def extremes_m(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the least and the greatest of each part, and where on the line the least is. (k,)"""
-        first, middle, last = self.at_m.T
-        bend = 2.0 * (first - 2.0 * middle + last)
-        slope = last - first - bend
-        turns = np.abs(bend) > ROUNDING_M
-        top = np.clip(-slope / np.where(turns, 2.0 * bend, 1.0), 0.0, 1.0)
-        top = np.where(turns, top, 0.0)
-        values = np.stack((first, first + top * (slope + top * bend), last))
-        place = np.stack((np.zeros(len(top)), top, np.ones(len(top))))
-        lowest = values.argmin(axis=0)[None]
-        where = np.take_along_axis(place, lowest, axis=0)[0]
-        return (
-            np.take_along_axis(values, lowest, axis=0)[0],
-            values.max(axis=0),
-            self.start + where * (self.end - self.start),
-        )
+        falls = self.at_m[:, 1] < self.at_m[:, 0]
+        return (self.at_m.min(axis=1), self.at_m.max(axis=1), np.where(falls, self.end, self.start))
 
     def length_too_low_m(self) -> FloatArray:
         """Return the length of each part that is lower than is asked for. (k,) [m]"""
-        first, middle, last = self.at_m.T - self.asked_m
-        bend = 2.0 * (first - 2.0 * middle + last)
-        slope = last - first - bend
-        turns = np.abs(bend) > ROUNDING_M
-        root = np.sqrt(np.maximum(slope**2 - 4.0 * bend * first, 0.0))
-        twice = np.where(turns, 2.0 * bend, 1.0)
-        straight = -first / np.where(slope != 0.0, slope, 1.0)
-        cuts = np.sort(
-            [
-                np.zeros(len(bend)),
-                np.clip(np.where(turns, (-slope - root) / twice, straight), 0.0, 1.0),
-                np.clip(np.where(turns, (-slope + root) / twice, straight), 0.0, 1.0),
-                np.ones(len(bend)),
-            ],
-            axis=0,
-        )
-        middles = 0.5 * (cuts[1:] + cuts[:-1])
-        below = first + middles * (slope + middles * bend) < 0.0
-        share: FloatArray = (np.diff(cuts, axis=0) * below).sum(axis=0)
+        over_m = self.at_m - self.asked_m[:, None]
+        below_m = np.maximum(-over_m, 0.0).sum(axis=1)
+        share: FloatArray = below_m / np.maximum(np.abs(over_m).sum(axis=1), _TINY_M)
         return share * self.length_m
 
 
@@ -143,12 +116,12 @@ def clearance_of(
     if terrain is None or not a.route.knows_home_amsl:
         line = np.arange(len(ends))
         start, end = np.zeros(len(ends)), np.ones(len(ends))
-        ground_m = np.full((len(ends), 3), np.nan)
+        ground_m = np.full((len(ends), 2), np.nan)
     else:
         ground = terrain.under(*a.route.frame.latitude_longitude_deg(ends[..., 0], ends[..., 1]))
         line, start, end = ground.line, ground.start, ground.end
         ground_m = ground.ground_amsl_m - a.route.ground_datum_m
-    along = np.stack((start, 0.5 * (start + end), end), axis=1)
+    along = np.stack((start, end), axis=1)
     place_m = ends[line, :1] + along[..., None] * (ends[line, 1:] - ends[line, :1])
     is_known = ~np.isnan(ground_m).any(axis=1)
     ground_m = np.where(is_known[:, None], ground_m, 0.0)

@@ -150,7 +150,7 @@ def _extra_wh(
     ground = terrain.under(*where)
     ground_m = ground.ground_amsl_m - a.route.ground_datum_m
     begins = np.flatnonzero(np.diff(ground.line, prepend=-1))
-    first_m, last_m = ground_m[begins, 0], ground_m[np.append(begins[1:], len(ground_m)) - 1, 2]
+    first_m, last_m = ground_m[begins, 0], ground_m[np.append(begins[1:], len(ground_m)) - 1, 1]
 
     def summed(of_parts: FloatArray) -> FloatArray:
         return np.asarray(np.bincount(ground.line, of_parts, count), np.float64)

@@ -70,8 +70,9 @@ BELOW_TERRAIN = Rule(
     why="Waypoints above the ground do not keep the leg between them above a ridge; height above "
     "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
     how="Height of the predicted flight minus the ground of --terrain along the whole flight without take-"
-    "off and landing: cut wherever it passes from cell to cell, and at the least of each cell, so that "
-    "no ridge falls between two samples; --position-error to both sides of it too, around where it "
+    "off and landing: cut wherever it passes from cell to cell, so that no ridge falls between two samples "
+    "(of cells that touch at a corner and are higher than those beside them a ridge is taken to join the "
+    "two); --position-error to both sides of it too, around where it "
     "turns, ends, or goes up or down, and at every centre nearer than that of cells narrower than twice "
     "as much; fires below --clearance, 5 m by default (heights above home and grids err by some metres "
     "each).  Legs that follow terrain on ArduPilot are judged by their height above it, less what they "

@@ -96,7 +96,7 @@ def _returns_too_late(
     where = a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1])
     ground = terrain.under(*where)
     length_m = np.hypot(*(ways_m[:, 1] - ways_m[:, 0]).T)[ground.line] * (ground.end - ground.start)
-    rise_m = np.nan_to_num(ground.ground_amsl_m[:, 2] - ground.ground_amsl_m[:, 0], nan=0.0)
+    rise_m = np.nan_to_num(ground.ground_amsl_m[:, 1] - ground.ground_amsl_m[:, 0], nan=0.0)
     climbed_m = length_m * parameters.climb_speed_m_s / parameters.return_speed_m_s
     behind_m = np.bincount(ground.line, np.maximum(rise_m - climbed_m, 0.0), len(ways_m))
     chosen = np.argsort(-behind_m, kind="stable")[:_STEEPEST_RETURNS]

@@ -31,7 +31,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.fence import RallyPoint
-from planner.geo.terrain import TerrainGrid
+from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
 from planner.rules.ledger import Outcome
 from planner.service.preflight import check
@@ -639,7 +639,8 @@ def test_no_sample_of_a_flight_is_lower_than_the_least_height_over_any_ground(
     places_deg = assessed.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
     # Heights above home are above the ground at home, rugged as it is.
     home_m = float(terrain.height_amsl_m(HOME.latitude_deg, HOME.longitude_deg))
-    over_m = (state.height_m + home_m - terrain.height_amsl_m(*places_deg))[in_the_air]
+    ground_m = terrain.height_amsl_m(*places_deg, ridged=True)
+    over_m = (state.height_m + home_m - ground_m)[in_the_air]
     [finding] = of("A116", list(result.findings))
     said = re.match(r"(-?[\d.]+) m \(item", finding.message)
     assert said is not None
@@ -657,7 +658,7 @@ def test_no_sample_of_a_flight_is_lower_than_the_least_height_over_any_ground(
 def test_ground_under_a_line_is_exact_at_every_place_of_it(
     seed: int, ends: tuple[float, ...]
 ) -> None:
-    """Parts cover the line without gaps, and their parabolas are the bilinear ground."""
+    """Parts cover the line without gaps, straight ones, of the higher pair of triangles of four cells."""
     terrain = rugged(seed)
     latitude = np.array([[north(ends[1]), north(ends[3])]])
     longitude = HOME.longitude_deg + np.array([[ends[0], ends[2]]]) / METRES_PER_DEGREE_NORTH
@@ -668,13 +669,37 @@ def test_ground_under_a_line_is_exact_at_every_place_of_it(
     t = np.linspace(0.0, 1.0, 1001)
     part = np.clip(np.searchsorted(ground_of.start, t, side="right") - 1, 0, None)
     own = (t - ground_of.start[part]) / (ground_of.end - ground_of.start)[part]
-    first, middle, last = ground_of.ground_amsl_m[part].T
-    bend = 2.0 * (first - 2.0 * middle + last)
-    parabola = first + own * (last - first - bend + own * bend)
-    known = terrain.height_amsl_m(
-        latitude[0, 0] + t * np.diff(latitude)[0], longitude[0, 0] + t * np.diff(longitude)[0]
-    )
-    np.testing.assert_allclose(parabola, known.filled(np.nan), atol=2e-3)
+    first, last = ground_of.ground_amsl_m[part].T
+    places = latitude[0, 0] + t * np.diff(latitude)[0], longitude[0, 0] + t * np.diff(longitude)[0]
+    known = [higher_triangles_m(terrain.tiles[0], *place) for place in zip(*places, strict=True)]
+    np.testing.assert_allclose(first + own * (last - first), known, atol=2e-3)
+    bilinear = terrain.height_amsl_m(*places).filled(np.nan)
+    assert not (bilinear > np.array(known) + 2e-3).any()
+
+
+def higher_triangles_m(tile: TerrainTile, latitude_deg: float, longitude_deg: float) -> float:
+    """Return the ground of one place by its definition: planes through three of four centres of cells."""
+    row, column = (float(one) for one in tile.row_column(latitude_deg, longitude_deg))
+    rows, columns = tile.heights_amsl_m.shape
+    if not (-0.5 <= row <= rows - 0.5 and -0.5 <= column <= columns - 0.5):
+        return math.nan
+    row, column = min(max(row, 0.0), rows - 1.0), min(max(column, 0.0), columns - 1.0)
+    top, left = min(int(row), rows - 2), min(int(column), columns - 2)
+    centres = {
+        (i, j): float(tile.heights_amsl_m[top + i, left + j]) for i in (0, 1) for j in (0, 1)
+    }
+    y, x = row - top, column - left
+    corners = sorted(centres)
+    best = -math.inf
+    for diagonal in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
+        for third in (corner for corner in corners if corner not in diagonal):
+            three = [*diagonal, third]
+            matrix = [[1.0, *corner] for corner in three]
+            plane = np.linalg.solve(matrix, [centres[corner] for corner in three])
+            shares = np.linalg.solve(np.transpose(matrix), [1.0, y, x])
+            if (shares >= -1e-9).all():  # the place is in this triangle
+                best = max(best, float(plane @ [1.0, y, x]))
+    return best
 
 
 def test_a_wall_of_one_cell_is_found_however_it_lies_to_the_path() -> None:
@@ -686,6 +711,26 @@ def test_a_wall_of_one_cell_is_found_however_it_lies_to_the_path() -> None:
         made = mission(takeoff(30), waypoint(700, 30), item(21, north(700), 0.0))
         found = findings(made, of_heights(heights, ground(0.0).tiles[0]))
         assert of("A102", found), row
+
+
+@pytest.mark.parametrize(("height_m", "fires"), [(45.0, True), (49.8, True), (50.2, False)])
+@pytest.mark.parametrize("east_m", [-7.5, -5.0, -2.5, 0.0, 1.0, 2.5, 5.0, 7.5])
+def test_a_wall_along_a_diagonal_is_as_high_between_its_cells(
+    east_m: float, height_m: float, *, fires: bool
+) -> None:
+    """A wall of 50 m, one cell wide: its cells touch at corners, and a flight may pass right there."""
+    heights = np.full((ROWS, COLUMNS), 400.0)
+    wall = np.arange(COLUMNS)
+    heights[ROWS - 150 + wall, wall] += 50.0
+    beside_deg = HOME.longitude_deg + east_m / METRES_PER_DEGREE_NORTH
+    made = mission(
+        takeoff(height_m),
+        item(16, north(100), height_m, longitude_deg=beside_deg),
+        item(16, north(700), height_m, longitude_deg=beside_deg),
+        item(21, north(700), 0.0, longitude_deg=beside_deg),
+    )
+    found = findings(made, of_heights(heights, ground(0.0).tiles[0]))
+    assert bool(of("A102", found)) is fires
 
 
 @pytest.mark.parametrize(("height_m", "fires"), [(24.1, True), (25.1, False)])
