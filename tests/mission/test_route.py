@@ -1126,3 +1126,29 @@ def test_what_px4_does_as_it_passes_a_gate_is_not_predicted(
     late = (waypoint(150, 20), speed(3.0), waypoint(200, 20), rtl())
     found = route(takeoff(20), waypoint(100, 20), GATE, *late, dialect=PX4).findings
     assert [f.severity for f in found if f.code == "T102"] == [Severity.WARNING]
+
+
+@pytest.mark.parametrize(
+    ("hold_s", "exit_by", "onward", "is_told"),
+    [
+        # Flown by a build of PX4: 0 s and 40 m lead 39 m past the place, at 1.3 m/s.
+        (0.0, 1.0, waypoint(200, 20), True),
+        (3.9, 90.0, waypoint(200, 20), True),
+        (4.0, 1.0, waypoint(200, 20), False),  # at rest: flown straight on
+        (0.0, 0.0, waypoint(200, 20), False),
+        (0.0, None, waypoint(200, 20), False),
+        (0.0, 1.0, rtl(), False),  # no next place
+    ],
+)
+def test_px4_leaves_a_short_loiter_by_a_tangent(
+    hold_s: float,
+    exit_by: float | None,
+    onward: MissionItem,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    loiter = item(19, north(100), 20.0, params=(hold_s, 0.0, 40.0, exit_by))
+    items = (takeoff(20), loiter, onward, waypoint(300, 20), rtl())
+    told = [one for one in route(*items, dialect=PX4).findings if "tangent" in one.message]
+    assert [(one.severity, one.item) for one in told] == [(Severity.ERROR, 3)] * is_told
+    for dialect in (ARDUPILOT, None):
+        assert not [f for f in route(*items, dialect=dialect).findings if "tangent" in f.message]

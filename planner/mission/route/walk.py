@@ -79,6 +79,9 @@ _METRES_PER_DEGREE = 111_319.0
 """Of latitude, as ArduPilot has it."""
 _AT_CENTRE_DEG = 0.5 / _METRES_PER_DEGREE
 """So near to a centre the vehicle is there. [°]"""
+_AT_REST_S = 4.0
+"""After so long in a place PX4 rests there: it enters it at 1.2 m/s, and loses that within 1.5 s times the
+logarithm (MPC_ACC_HOR 3, MPC_JERK_AUTO 4), down to 0.2 m/s, below which it turns nowhere. [s]"""
 _SAME_HOME_M = 0.5
 """So near, and as high, a home is the one before. [m]"""
 
@@ -130,9 +133,9 @@ ITEM_NOT_MODELLED = Rule(
     "lasts; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 flies one without a radius as "
     "wide as the one before, 4.7 on the spot; where it has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
-    "landing behind a CONDITION_GATE; where a CONDITION_ wait ends within 5 % of its leg's time, or "
-    "CONDITION_DISTANCE "
-    "within 1 m of where the leg is over, and holds back a speed, a home or the fence.",
+    "landing behind a CONDITION_GATE; on PX4 behind a LOITER_TIME of less than 4 s with parameter 4; where a "
+    "CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of where the leg is "
+    "over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
@@ -257,6 +260,8 @@ class MissionState(Position, kw_only=True, eq=False):
     """Whether a gate was the last item with a place."""
     unknown_side: str = ""
     """Why it is unknown where on the circle before the vehicle is; empty: it is known."""
+    leaves_on_tangent: bool = False
+    """Whether PX4 leaves the loiter before by the tangent of a circle about it."""
     circle_radius_m: float = 0.0
     """Radius of the circle before; 0: there is none. [m]"""
     moved_homes: list[HomePlace] = field(default_factory=list)
@@ -295,6 +300,7 @@ class MissionState(Position, kw_only=True, eq=False):
         self.number, self.place = number, item.place
         self.visit += 1
         self._remark_unknown_side(item)
+        self._remark_tangent(item)
         if not self._is_held_back(item):
             begun, before = len(self.stages), (self.latitude_deg, self.longitude_deg, self.height_m)
             self._carry_out(item)
@@ -331,6 +337,25 @@ class MissionState(Position, kw_only=True, eq=False):
             self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
         elif goes:
             self.unknown_side = ""
+
+    def _remark_tangent(self, item: MissionItem) -> None:
+        """Tell of a leg that PX4 begins far beside it, and how slowly.
+
+        Notes
+        -----
+        ``MissionBlock::is_mission_item_reached_or_completed``: ``loiter_exit_xtrack`` moves the place of a
+        LOITER_TIME, too, to where the tangent leads to the next one.  Flown: 0 s and 40 m, from 2 m before
+        the place 39 m across it to that tangent, at the 1.3 m/s it had by then, 30 s; at rest it turns
+        nowhere.
+        """
+        if not self.leaves_on_tangent or not is_destination(item.command):
+            return
+        self.leaves_on_tangent = False
+        message = (
+            "NAV_LOITER_TIME with parameter 4 above 0 right before: PX4 takes that for leaving by the "
+            "tangent of its radius, slowly, which is not predicted; write 0 there, or hold longer"
+        )
+        self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
 
     def _carry_out(self, item: MissionItem) -> None:
         _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
@@ -480,7 +505,11 @@ class MissionState(Position, kw_only=True, eq=False):
             message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it continues"
             self.remark(HEADING_NORTH, message)
         kind = StageKind.TAKEOFF if self.has_landed else _KINDS[item.command]
-        self._go(kind, item, hold_s=self._hold_s(item))
+        hold_s = self._hold_s(item)
+        self._go(kind, item, hold_s=hold_s)
+        is_short = kind is StageKind.LOITER and hold_s < _AT_REST_S
+        if self.dialect is Autopilot.PX4 and is_short:
+            self.leaves_on_tangent = (item.param4 or 0.0) > 0.0
 
     @property
     def has_landed(self) -> bool:
