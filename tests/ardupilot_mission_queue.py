@@ -5,7 +5,8 @@ Written after ``AP_Mission::update``, ``advance_current_nav_cmd``, ``advance_cur
 its name.  They are alike from Copter 4.1 to 4.7, but that jump tags came with 4.4 and that a jump
 counted to its end starts anew from 4.7 on (#29763), unless bit 3 of MIS_OPTIONS is set.
 
-What is left out: a leg is long enough for all that its queue holds; conditions are never met; no
+A leg to where the last one led, without a hold, is over before its queue goes on; what is left out: any
+other is long enough for all that its queue holds; conditions are never met; no
 more jumps are counted than there is room for.
 """
 
@@ -32,6 +33,9 @@ class Row(NamedTuple):
     target: int = 0
     """Number of the row that a jump leads to, the tag that it looks for, or the tag that a tag has."""
     times: int = 0
+    spot: float | None = None
+    """Where a waypoint lies."""
+    holds: bool = False
 
 
 class Place(NamedTuple):
@@ -65,8 +69,12 @@ class MissionQueue:
     def flown(self, most: int) -> list[Place]:
         """Return the places in the order they are flown to, up to the mission's end or a return."""
         places: list[Place] = []
+        spot: float | None = None
         while len(places) < most and self.advance_current_nav_cmd():
-            while self.advance_current_do_cmd():
+            row = self.rows[self.place - 1]
+            has_time = row.spot is None or row.spot != spot or row.holds
+            spot = row.spot
+            while has_time and self.advance_current_do_cmd():
                 pass
             places.append(Place(self.place, tuple(self.carried_out), self.again))
             if self.rows[self.place - 1].command == Command.NAV_RETURN_TO_LAUNCH:

@@ -69,7 +69,13 @@ def looped(draw: st.DrawFn) -> tuple[MissionItem, ...]:
 
 def rows(items: tuple[MissionItem, ...]) -> list[Row]:
     return [
-        Row(one.command, int(one.param1 or 0.0), int(one.param2 or 0.0) * (one.command != 600))
+        Row(
+            one.command,
+            int(one.param1 or 0.0),
+            int(one.param2 or 0.0) * (one.command != 600),
+            spot=one.latitude_deg if one.command == 16 else None,
+            holds=one.command == 16 and bool(one.param1),
+        )
         for one in items
     ]
 

@@ -44,7 +44,9 @@ HELD_BACK = Rule(
     "without parameters as long as ArduPilot flies it: a speed counts where the flight takes longest, one of "
     "descents that comes during a landing for all of it.  A "
     "home, or fence, that may be set before the leg is over, or not, is an error (T102).  A warning where "
-    "the leg is over before.",
+    "the leg is over before; and where all but the first DO_ item are dropped before a place or a take-off "
+    "that the vehicle is at already, without a hold, which is over in the loop after it begins "
+    "(AP_Mission::advance_current_nav_cmd; flown), an error where the autopilot is unknown.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
 )
 

@@ -32,6 +32,7 @@ from planner.mission.route.position import Position
 from planner.mission.route.queue import (
     CONDITIONS,
     HELD,
+    HELD_BACK,
     TURN_DEG_S,
     HeldItem,
     condition_of,
@@ -84,6 +85,12 @@ _AT_REST_S = 4.0
 logarithm (MPC_ACC_HOR 3, MPC_JERK_AUTO 4), down to 0.2 m/s, below which it turns nowhere. [s]"""
 _SAME_HOME_M = 0.5
 """So near, and as high, a home is the one before. [m]"""
+_UNITS_PER_DEGREE = 1e7
+"""In which ArduPilot keeps latitudes and longitudes."""
+_UNITS_PER_METRE = 100.0
+"""In which it keeps heights."""
+_WAYPOINTS = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
+"""What ArduPilot flies to with its waypoint controller, which sets out from where the last one led."""
 
 ZERO_ALTITUDE = Rule(
     "A111 zero-altitude",
@@ -249,6 +256,15 @@ class VehicleHabits(Value):
 AS_DELIVERED = VehicleHabits()
 
 
+class _Commanded(Value):
+    """What the items that ArduPilot has carried out so far command."""
+
+    speeds_m_s: tuple[float | None, float | None, float | None]
+    """Level, of climbing, of descending."""
+    fence_switches: int
+    parachute_switches: int
+
+
 class MissionState(Position, kw_only=True, eq=False):
     """A mission half followed: where it is, its speeds, homes, and the stages so far."""
 
@@ -285,6 +301,8 @@ class MissionState(Position, kw_only=True, eq=False):
     """Whether one of the others is the last to have commanded a speed of climbing."""
     is_descent_late: bool = False
     """And of descending."""
+    first_commanded: _Commanded | None = None
+    """What was commanded with the first of the queue; ``None``: there is no second."""
     conditions: list[Condition] = field(default_factory=list)
     """What holds back the next items of the queue."""
     waiting: list[tuple[HeldItem, MissionItem]] = field(default_factory=list)
@@ -301,15 +319,19 @@ class MissionState(Position, kw_only=True, eq=False):
         self.visit += 1
         self._remark_unknown_side(item)
         self._remark_tangent(item)
+        if self.queued == 1 and is_queued(item.command):
+            self.first_commanded = self._commanded()
         if not self._is_held_back(item):
             begun, before = len(self.stages), (self.latitude_deg, self.longitude_deg, self.height_m)
             self._carry_out(item)
+            if self._is_over_at_once(item, begun, before):
+                self._drop_queue(item, begun)
             if len(self.stages) > begun:
                 self.conditions.clear()
                 if self.waiting and is_navigation(item.command):
                     self._fly_with_queue(begun, before)
         if is_navigation(item.command):
-            self.queued = 0
+            self.queued, self.first_commanded = 0, None
             self.is_speed_late = self.is_climb_late = self.is_descent_late = False
         elif is_queued(item.command):
             self.queued += 1
@@ -388,6 +410,78 @@ class MissionState(Position, kw_only=True, eq=False):
         )
         self.waiting.append((one, item))
         return True
+
+    def _is_over_at_once(
+        self, item: MissionItem, begun: int, before: tuple[float, float, float]
+    ) -> bool:
+        """Return whether a navigation item is over in the loop after it begins, where PX4 does not fly.
+
+        Notes
+        -----
+        ``AC_WPNav::set_wp_destination`` sets out from the destination before: to the same one the leg has no
+        length.  Any other, 1 cm long, takes several loops (``SCurve``).  ``ModeAuto::takeoff_start`` takes no
+        height below the present one.
+        """
+        if self.first_commanded is None or self.dialect is Autopilot.PX4:
+            return False
+        if item.command == Command.NAV_GUIDED_ENABLE:
+            return self._in_air and not (item.param1 or 0.0) > 0.0
+        if len(self.stages) == begun or begun == 0:
+            return False
+        stage = self.stages[-1]
+        if item.command in TAKEOFFS:
+            is_up = any(one.kind is not StageKind.DELAY for one in self.stages[:begun])
+            has_landed = self.stages[begun - 1].kind in LANDED_STAGES
+            return is_up and not has_landed and self.height_m <= before[2]
+        flown = (one.kind for one in reversed(self.stages[:begun]))
+        since = next((kind for kind in flown if kind is not StageKind.DELAY), None)
+        after = (self.latitude_deg, self.longitude_deg, self.height_m)
+        units = (_UNITS_PER_DEGREE, _UNITS_PER_DEGREE, _UNITS_PER_METRE)
+        return (
+            {stage.kind, since} <= _WAYPOINTS
+            and stage.hold_s == 0.0
+            and all(
+                round(a * unit) == round(b * unit)
+                for a, b, unit in zip(before, after, units, strict=True)
+            )
+        )
+
+    def _commanded(self) -> _Commanded:
+        return _Commanded(
+            speeds_m_s=(self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s),
+            fence_switches=len(self.fence_switches),
+            parachute_switches=len(self.parachute_switches),
+        )
+
+    def _drop_queue(self, item: MissionItem, begun: int) -> None:
+        """Take back all of the queue but its first item (``AP_Mission::advance_current_nav_cmd``)."""
+        first = self.first_commanded
+        if first is None:
+            return
+        if self.waiting or self._commanded() != first:
+            is_known = self.dialect is Autopilot.ARDUPILOT
+            self.remark(
+                HELD_BACK,
+                f"{command_name(item.command)} is over as it begins: ArduPilot drops the DO_ items before it "
+                "but the first" + ("" if is_known else "; name who flies it (--target, --params)"),
+                severity=Severity.WARNING if is_known else Severity.ERROR,
+            )
+        self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s = first.speeds_m_s
+        del self.fence_switches[first.fence_switches :]
+        del self.parachute_switches[first.parachute_switches :]
+        self.waiting.clear()
+        self.conditions.clear()
+        self.is_speed_late = self.is_climb_late = self.is_descent_late = False
+        self.stages[begun:] = (
+            replace(
+                stage,
+                speed_m_s=self.speed_m_s,
+                climb_speed_m_s=self.climb_speed_m_s,
+                descent_speed_m_s=self.descent_speed_m_s,
+                is_speed_late=False,
+            )
+            for stage in self.stages[begun:]
+        )
 
     def _fly_with_queue(self, begun: int, before: tuple[float, float, float]) -> None:
         """Divide the stage just added where items held back are carried out on the way.
