@@ -93,9 +93,8 @@ def induced_velocity_ratio(edgewise_ratio: npt.ArrayLike, axial_ratio: npt.Array
     >>> print(f"{induced_velocity_ratio(0.0, 1.0):.6f}")
     0.618034
     """
-    x, z = np.broadcast_arrays(
-        np.asarray(edgewise_ratio, dtype=np.float64), np.asarray(axial_ratio, dtype=np.float64)
-    )
+    x = np.asarray(edgewise_ratio, dtype=np.float64)
+    z = np.asarray(axial_ratio, dtype=np.float64)
     x_squared = x * x
     axial_bound = np.sqrt(0.25 * z * z + 1.0) - 0.5 * z
     u: FloatArray = np.asarray(np.minimum(axial_bound, 1.0 / np.maximum(x, _STANDSTILL)))

@@ -545,12 +545,13 @@ def make_manoeuvres(
     mean = (end - start) * per_s
     bend = (3.0 * mean - 2.0 * leaving - arriving) * per_s
     jerk = (leaving + arriving - 2.0 * mean) * per_s**2
-    none = np.full(len(key), np.nan)
+    if stopping_distance_m is None:
+        stopping_distance_m = np.full(len(key), np.nan)
     return Manoeuvres(
         key=key,
         state=state,
         speed_m_s=greatest(lengths(velocity_m_s)),
-        stopping_distance_m=none if stopping_distance_m is None else stopping_distance_m,
+        stopping_distance_m=stopping_distance_m,
         duration_s=duration_s,
         coefficients=np.stack((start, leaving, bend, jerk), axis=-1),
         is_grounded=np.array([piece in grounded for piece in range(duration_s.shape[1])]),
