@@ -67,6 +67,23 @@ def led_around(clear_m: float, oa_type: int = 1) -> Iterable[Finding]:
     return reported(NORTH, area, autopilot=ARDUPILOT, parameters=given)
 
 
+def predicted(room_m: float) -> Iterable[Finding]:
+    """Return what is reported where PX4 predicts to be 219.07 m out: see tests/rules/test_px4_fence.py."""
+    return reported(
+        (takeoff(20), at(0, 200), rtl()),
+        box(-400.0, -400.0, 400.0, room_m),
+        autopilot=PX4,
+        parameters="GF_PREDICT,1\nGF_ACTION,3\nMPC_XY_CRUISE,10\n",
+        position_error_m=0.0,
+        position_noise_m=0.0,
+    )
+
+
+def returned_before(wall_m: float) -> Iterable[Finding]:
+    """Return what PX4 reports of an item 300 m out, behind the return, in an area up to a wall."""
+    return reported((*SHORT, at(0, 300)), box(-400.0, -400.0, 400.0, wall_m), autopilot=PX4)
+
+
 def behind(wall_m: float) -> Iterable[Finding]:
     """Return what is reported of a wall up to so far north; the return passes its corner at 100 m."""
     wall = box(100.0, -300.0, 300.0, wall_m, inclusion=False)
@@ -158,6 +175,16 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: as_text("FENCE_ENABLE,1\nFENCE_TOTAL,6\nFENCE_RADIUS,1000\n"),
         boundary=lambda: as_text("FENCE_ENABLE,1\nFENCE_TOTAL,0\nFENCE_RADIUS,1000\n"),
         silent=lambda: found(PLAIN, ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TOTAL,6\nRALLY_TOTAL,1\n"),
+    ),
+    "F116": RuleCases(
+        fires=lambda: predicted(219.0),
+        boundary=lambda: predicted(219.15),
+        silent=lambda: predicted(220.0),
+    ),
+    "F117": RuleCases(
+        fires=lambda: returned_before(299.9),
+        boundary=lambda: returned_before(300.0),
+        silent=lambda: returned_before(300.1),
     ),
     "F112": RuleCases(
         fires=lambda: reported(SHORT, ring(256), autopilot=ARDUPILOT),

@@ -146,8 +146,8 @@ def test_a_vertical_speed_that_nothing_is_flown_at_is_not_told() -> None:
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,3\nFENCE_RADIUS,200\n", {"F101"}),
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,40\n", {"F110"}),
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_TYPE,3\nFENCE_RADIUS,200\n", set()),
-        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_HOR_DIST,200\n", {"F101"}),
-        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_VER_DIST,40\n", {"F110"}),
+        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_HOR_DIST,200\n", {"F101", "F117"}),
+        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_VER_DIST,40\n", {"F110", "F117"}),
         (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_HOR_DIST,400\nGF_MAX_VER_DIST,60\n", set()),
     ],
 )

@@ -40,6 +40,8 @@ class Px4Parameters(AutopilotParameters, eq=False):
     climb_speed_max_m_s: float = parameter("MPC_Z_VEL_MAX_UP m/s", 3.0, _SPEED)
     descent_speed_max_m_s: float = parameter("MPC_Z_VEL_MAX_DN m/s", 1.5, _SPEED)
     acceleration_m_s2: float = parameter("MPC_ACC_HOR m/s²", 3.0, _ACCELERATION)
+    # of a pilot's sticks; the fence predicts with it (GF_PREDICT)
+    acceleration_limit_m_s2: float = parameter("MPC_ACC_HOR_MAX m/s²", 5.0, _ACCELERATION)
     acceleration_up_m_s2: float = parameter("MPC_ACC_UP_MAX m/s²", 4.0, _ACCELERATION)
     acceleration_down_m_s2: float = parameter("MPC_ACC_DOWN_MAX m/s²", 3.0, _ACCELERATION)
     lean_angle_max_rad: float = parameter("MPC_TILTMAX_AIR deg", 45.0, Range(0.1, 1.56))
@@ -160,6 +162,8 @@ class Px4Parameters(AutopilotParameters, eq=False):
     hover_throttle: float = parameter("MPC_THR_HOVER", 0.5, Range(0.0, 1.0, excludes_low=True))
 
     fence_action: int = parameter("GF_ACTION", 2, NOT_NEGATIVE)
+    # 1: a place ahead of the vehicle is tested, not where it is
+    fence_predicts: int = parameter("GF_PREDICT", 0, NOT_NEGATIVE)
     # greatest distance from home; 0: no limit
     fence_distance_max_m: float = parameter("GF_MAX_HOR_DIST m", 0.0, NOT_NEGATIVE)
     # greatest height over home; 0: no limit
@@ -179,6 +183,7 @@ class Px4Parameters(AutopilotParameters, eq=False):
             fraction = self.responsiveness**2  # PX4: less sensitive at the lower end
             for quantity, low, high in (
                 ("acceleration_m_s2", 1.0, 15.0),
+                ("acceleration_limit_m_s2", 2.0, 15.0),
                 ("acceleration_up_m_s2", 1.0, 15.0),
                 ("acceleration_down_m_s2", 0.8, 15.0),
                 ("jerk_m_s3", 1.0, 25.0),
