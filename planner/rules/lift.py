@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
+    from planner.vehicle.declared import Interval
     from planner.vehicle.parameters.resolve import FlightParameters
 
 _MOST_HOVER_THRUST = 0.7
@@ -89,18 +90,19 @@ HOVER_THROTTLE_HIGH = Rule(
     "(AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX); from 87 % on, 1/cos 30° below all, it sinks where "
     "it leans by 30°.",
     how="MOT_THST_HOVER, or MPC_THR_HOVER over MPC_THR_MAX, where the parameter file or the model gives it, "
-    "times the mass with payload over that without, times the densest air of [valid_for] (else 1.225 kg/m³) "
-    "over the air at the highest point of the flight, if that is thinner; late in the flight also times "
-    "(V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of a return, "
-    "where the battery's curve is known.  Or, where it is more, the weight with payload over thrust_max_n of "
-    "the model, in the air at the highest point.  With neither it is not checked.  A warning above 0.7; an "
-    "error from 0.8 on with a full battery, from 0.87 on late in the flight, and on ArduPilot where "
-    "acos(thrust / 0.8), the lean a full battery leaves, does not hold the wind, its mean and two standard "
-    "deviations, by the tangents of that and of the greatest lean.  The autopilot's own default (0.35, 0.5), "
-    "which a file saved whole has of a vehicle nobody hovered, says nothing of how the thrust falls with the "
-    "voltage; with a lower MPC_THR_MAX it is not checked (X904).  Nor with a MOT_SPIN_MAX below 0.9, the "
-    "least of its documented values, where the thrust that it leaves of that with 0.95 does not cover the "
-    "hover: nobody knows which of the two the hover was measured with; not above MOT_SPIN_MIN is an error.",
+    "times the mass with payload over that without, times the densest air of [valid_for], 1.225 kg/m³ at "
+    "most, over the air at the highest point of the flight, if that is thinner; late in the flight also "
+    "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of a "
+    "return, where the battery's curve is known.  Or, where it is more, the weight with payload over "
+    "thrust_max_n of the model, in the air at the highest point.  With neither it is not checked.  A "
+    "warning above 0.7; an error from 0.8 on with a full battery, from 0.87 on late in the flight, and on "
+    "ArduPilot where acos(thrust / 0.8), the lean a full battery leaves, does not hold the wind, its mean "
+    "and two standard deviations, by the tangents of that and of the greatest lean.  The autopilot's own "
+    "default (0.35, 0.5), which a file saved whole has of a vehicle nobody hovered, says nothing of how the "
+    "thrust falls with the voltage; with a lower MPC_THR_MAX it is not checked (X904).  Nor with a "
+    "MOT_SPIN_MAX below 0.9, the least of its documented values, where the thrust that it leaves of that "
+    "with 0.95 does not cover the hover: nobody knows which of the two the hover was measured with; not "
+    "above MOT_SPIN_MIN is an error.",
     fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
@@ -287,9 +289,14 @@ def _times_heavier(a: Assessment) -> float:
 def _times_thinner(a: Assessment) -> float:
     """Return the air the hover throttle may be known in over the thinnest of the flight, 1 at least. [-]"""
     limit = a.vehicle.valid_for.air_density_kg_m3
-    known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
+    known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else _densest_kg_m3(limit)
     thinnest = a.flight.power.air_density_kg_m3(float(a.reach.height_m.max()))
     return max(known_kg_m3 / float(thinnest), 1.0)
+
+
+def _densest_kg_m3(known: Interval) -> float:
+    """Return the densest air a vehicle is held to have flown in: data sheets stand for any cold. [kg m⁻³]"""
+    return min(known.high, SEA_LEVEL_DENSITY_KG_M3)
 
 
 LIFT_UNKNOWN = Rule(
@@ -383,10 +390,10 @@ def is_lift_unknown(a: Assessment, thin_kg_m3: float) -> bool:
 def _times_lifted(a: Assessment, thin_kg_m3: float) -> float:
     """Return the thrust of a flight in such air over the most of those the model was identified on. [-]"""
     limit = a.vehicle.valid_for.air_density_kg_m3
-    densest = SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.high
+    densest_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else _densest_kg_m3(limit)
     thinner = thinnest_known_kg_m3(a) / thin_kg_m3
     times_heaviest, times_lightest = _times_heavier_than_flown(a)
-    at_heaviest = times_heaviest * min(SEA_LEVEL_DENSITY_KG_M3, densest) / thin_kg_m3
+    at_heaviest = times_heaviest * densest_kg_m3 / thin_kg_m3
     return min(at_heaviest, times_lightest * thinner)
 
 

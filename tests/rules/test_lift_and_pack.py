@@ -106,6 +106,28 @@ def test_a_hover_that_leaves_too_little_lean_for_the_wind_is_an_error(
 
 
 @pytest.mark.parametrize(
+    ("throttle", "severity"),
+    [(0.69, None), (0.71, Severity.WARNING), (0.79, Severity.WARNING), (0.81, Severity.ERROR)],
+)
+def test_a_hover_throttle_is_of_no_denser_air_than_at_sea_level(
+    throttle: float, severity: Severity | None
+) -> None:
+    """Models of data sheets stand for air of up to 1.35 kg/m³, in which nobody measured a throttle."""
+    cold = Interval(low=0.9, high=1.35)
+    told = reported(
+        "E116",
+        replace(QUAD, battery=None, valid_for=replace(QUAD.valid_for, air_density_kg_m3=cold)),
+        parameters=ParameterSet(
+            source="p.param",
+            values={"MOT_THST_HOVER": ParameterValue(throttle)},
+            stack=Autopilot.ARDUPILOT,
+        ),
+        temperature_c=0.0,  # 1.224 kg/m³ at 460 m AMSL
+    )
+    assert [one for one, _ in told] == [severity] * bool(severity)
+
+
+@pytest.mark.parametrize(
     ("given", "said"),
     [
         # 1.175 kg/m³ at 430 m AMSL, denser than the 1.1127 the model knows: 0.947 times.
