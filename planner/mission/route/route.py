@@ -28,6 +28,7 @@ from planner.mission.route.queue import JUMPS
 from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     AS_DELIVERED,
+    ENDLESS,
     ITEM_NOT_MODELLED,
     LIFTS_OFF,
     MissionState,
@@ -175,6 +176,21 @@ def _remark_datum(
             if change_m > 0.0
             else Severity.WARNING,  # it flies lower, or higher
         )
+    elif not is_set_before and _returns_for_ever(state, change_m):
+        state.remark(
+            ENDLESS,
+            f"DO_SET_HOME moves home {way} by {change} as the return begins: ArduPilot hovers over the home "
+            "before until the battery is empty; put a NAV_DELAY of 1 s behind it",
+            severity=Severity.ERROR,
+        )
+    elif not is_set_before and _changes_to_height_of_home(state):
+        state.remark(
+            ITEM_NOT_MODELLED,
+            f"DO_SET_HOME moves home {way} by {change} while NAV_LOITER_TO_ALT is flown: ArduPilot then "
+            f"{does} to its height above the new home, which is not predicted; put a NAV_DELAY of 1 s behind "
+            "it",
+            severity=Severity.ERROR,
+        )
     elif is_set_before and _keeps_height(state, onward):
         state.remark(
             ITEM_NOT_MODELLED,
@@ -198,8 +214,34 @@ def _keeps_height(state: MissionState, onward: MissionItem | None) -> bool:
         return False
     if onward.command == Command.NAV_RETURN_TO_LAUNCH:
         return True
-    keeps = onward.command in LANDINGS | {Command.NAV_PAYLOAD_PLACE} or onward.altitude_m == 0.0
-    return keeps and onward.names_place and onward.command not in TAKEOFFS
+    if onward.command in LANDINGS | {Command.NAV_PAYLOAD_PLACE}:
+        return onward.names_place
+    if onward.altitude_m != 0.0 or onward.command in TAKEOFFS:
+        return False
+    if onward.command == Command.NAV_WAYPOINT and state.stages[-1].kind in _REACHED:
+        return False  # ModeAuto::do_nav_wp takes the height of the place before
+    return is_destination(onward.command)
+
+
+def _returns_for_ever(state: MissionState, change_m: float) -> bool:
+    """Return whether a return began right before a DO_SET_HOME moved home up or down.
+
+    Flown with ArduCopter 4.7.0-dev: by 3 m, 8 m, 20 m and 50 m it never came down, by 1 m it did.
+    """
+    if state.dialect is Autopilot.PX4 or state.stages[-1].kind is not StageKind.RETURN:
+        return False
+    first = state.moved_homes[-1].first_stage
+    is_underway = state.stages[first - 1].kind is StageKind.RETURN_LEG
+    return abs(change_m) > _RETURN_ENDS_M and not is_underway
+
+
+def _changes_to_height_of_home(state: MissionState) -> bool:
+    """Return whether home moved while a height above it was flown to.
+
+    ``ModeAuto::do_loiter_to_alt`` keeps that height, ``loiter_to_alt_run`` compares it with one above the
+    home there is then.
+    """
+    return state.dialect is not Autopilot.PX4 and state.stages[-1].kind is StageKind.CHANGE_HEIGHT
 
 
 def _plan_ahead(
@@ -246,6 +288,10 @@ CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
 disarm, ``Commander::handleAutoDisarm`` not in the middle of a mission."""
 _LOOKED_AHEAD = 16
 """Places in the list from which ArduPilot looks ahead for a take-off."""
+_REACHED = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
+"""What ArduPilot has reached with its waypoint controller."""
+_RETURN_ENDS_M = 1.0
+"""A return begun before home moves up or down by no more still ends. [m]"""
 _SAME_LEVEL_M = 0.5
 """Heights of home that differ by less are one. [m]"""
 _AT_HOME_M = 50.0

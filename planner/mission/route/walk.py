@@ -117,7 +117,8 @@ ENDLESS = Rule(
     "and MIS_YAW_TMT not above 0 (MissionBlock::is_mission_item_reached), or LOITER_TO_ALT on ArduPilot "
     "that climbs above FENCE_ALT_MAX less FENCE_MARGIN, or from 4.6 on descends below FENCE_ALT_MIN and "
     "FENCE_MARGIN, while that limit is on, with AVOID_ENABLE bit 0 (AC_Avoid::adjust_velocity_z), is reached "
-    "in flown order.",
+    "in flown order; or ArduPilot's return where a DO_SET_HOME that is not the first DO_ item before it "
+    "moves home up or down by more than 1 m as it begins (flown).",
     fix="give the jump a count, or end the mission with a return or a landing",
     instead="a count for the jump, turns that end, a return or a landing",
 )
@@ -135,8 +136,9 @@ ITEM_NOT_MODELLED = Rule(
     "flies a spline straight and there is a fence, a terrain or a limit of the site; where a gripper "
     "picks up a load after the take-off and no --payload is given; where DO_SET_HOME moves home up "
     "between two places that ArduPilot flies through, up or down right before a landing, a return or an item "
-    "of altitude 0, names a height but no place, or stands before the take-off of a vehicle that arms in "
-    "AUTO; at what is here behind a circle that ArduPilot begins at its centre, or flies on while NAV_DELAY "
+    "of altitude 0, or during a LOITER_TO_ALT, names a height but no place, or stands before the take-off "
+    "of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its centre, "
+    "or flies on while NAV_DELAY "
     "lasts; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 flies one without a radius as "
     "wide as the one before, 4.7 on the spot; where it has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
