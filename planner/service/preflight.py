@@ -598,11 +598,14 @@ _STANDS = "every item is where the vehicle stands: it never moves"
 
 
 def _is_of_copter(setup: Setup) -> bool:
-    """Return whether ArduCopter is asked for, or parameters are given that no plane has."""
+    """Return whether ArduCopter is asked for, or parameters are given that no plane has.
+
+    Without parameters the vehicle tells: all models are of multicopters.
+    """
     if setup.target is not None and setup.target.autopilot is Autopilot.ARDUPILOT:
         return True
     if setup.parameters is None:
-        return False
+        return setup.vehicle.reference is Autopilot.ARDUPILOT
     from planner.vehicle.parameters.resolve import COPTER_ONLY
 
     return not (COPTER_ONLY | _NO_PLANES).isdisjoint(setup.parameters.values)

@@ -15,7 +15,7 @@ from planner.values import replace
 @pytest.mark.parametrize(
     ("parameters", "target", "severity"),
     [
-        ("", None, Severity.ERROR),
+        ("", None, Severity.WARNING),  # the model is one of ArduCopter's
         ("BATT_MONITOR,4\n", None, Severity.ERROR),
         ("WPNAV_SPEED,800\n", None, Severity.WARNING),
         ("FRAME_CLASS,1\n", None, Severity.WARNING),
