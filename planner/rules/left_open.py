@@ -248,6 +248,43 @@ def _target_lost(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fin
     )
 
 
+_MEASURES_NO_CURRENT = frozenset({0.0, 3.0})
+"""BATT_MONITOR of none, and of a voltage alone."""
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT, BUDGET))
+def _throttle_limited(
+    a: Assessment, _parameters: ArduPilotParameters, budget: BatteryBudget
+) -> Iterator[Finding | NotEvaluated]:
+    """Report a limit of current that the flight passes: it takes thrust away.
+
+    ``AP_MotorsMulticopter::get_current_limit_max_throttle``: down to MOT_THST_HOVER and a fifth of the rest.
+    """
+    values = numbers(a)
+    limit_a = values.get("MOT_BAT_CURR_MAX", 0.0)
+    if limit_a <= 0.0 or values.get("BATT_MONITOR") in _MEASURES_NO_CURRENT:
+        return
+    asked = f"MOT_BAT_CURR_MAX {limit_a:g}"
+    voltage_v = budget.lowest_voltage_v or (a.pack.voltage_v if a.pack else None)
+    if voltage_v is None:
+        yield NotEvaluated(
+            rule=SETTING_NOT_FOLLOWED, asked_by=asked, needs="a battery whose voltage is known"
+        )
+        return
+    hover_a, peak_a = a.flight.hover_near_home_w / voltage_v, a.totals.peak_power_w / voltage_v
+    if peak_a <= limit_a:
+        return
+    hovers = hover_a < limit_a
+    most_a = quantity.decimals(peak_a if hovers else hover_a, 0)
+    yield a.finding(
+        SETTING_NOT_FOLLOWED,
+        f"{asked}: {'the flight' if hovers else 'a hover'} takes up to {most_a} A: ArduPilot takes thrust "
+        + ("away, and climbs more slowly" if hovers else "away, and may not hold its height"),
+        severity=None if hovers else Severity.ERROR,
+        fix="set MOT_BAT_CURR_MAX to 0, or above what the flight takes",
+    )
+
+
 GRAB, _GRABS_ENABLED = 1, ("GRIP_ENABLE", "PD_GRIPPER_EN")
 
 

@@ -175,3 +175,31 @@ def test_a_landing_that_waits_for_its_target_is_told(
 ) -> None:
     flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, parameters)
     assert [one.severity for one in flown if one.code == "T110"] == severities
+
+
+@pytest.mark.parametrize(
+    ("parameters", "severity"),
+    [
+        ("MOT_BAT_CURR_MAX,0\n", None),
+        ("MOT_BAT_CURR_MAX,5\n", Severity.ERROR),
+        ("MOT_BAT_CURR_MAX,5\nBATT_MONITOR,3\n", None),
+        ("MOT_BAT_CURR_MAX,500\n", None),
+    ],
+)
+def test_a_limit_of_current_below_that_of_a_hover_takes_its_thrust(
+    parameters: str, severity: Severity | None
+) -> None:
+    told = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, parameters)
+    limited = [one.severity for one in told if "MOT_BAT_CURR_MAX" in one.message]
+    assert limited == ([] if severity is None else [severity])
+
+
+def test_a_limit_of_current_is_one_between_hover_and_climb() -> None:
+    made = mission(takeoff(20), waypoint(100, 20), rtl())
+    at = {}
+    for limit_a in range(5, 60):
+        told = found(made, ARDUPILOT, f"MOT_BAT_CURR_MAX,{limit_a}\n")
+        own = [one for one in told if "MOT_BAT_CURR_MAX" in one.message]
+        at[limit_a] = own[0].severity if own else None
+    changes = [limit_a for limit_a in range(6, 60) if at[limit_a] is not at[limit_a - 1]]
+    assert [at[limit_a] for limit_a in changes] == [Severity.WARNING, None]

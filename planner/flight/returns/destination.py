@@ -362,9 +362,10 @@ SETTING_NOT_FOLLOWED = Rule(
     "(RTL_PLD_MD 2, a second parameter of 2 in NAV_LAND) climbs to PLD_SRCH_ALT and searches PLD_MAX_SRCH "
     "times for PLD_SRCH_TOUT where it sees no target, an error where the margin does not hold that, and not "
     "checked where it climbs above a limit of height (X904); ArduPilot's with PLND_STRICT 1 climbs and tries "
-    "again, with 2 it stays in the air, an error.  An error where RTL_TYPE 1 to 4 leads along items that "
-    "jump: the returns of PX4 1.16 do not count the jumps they take (MissionBase::getNextPositionItems), and "
-    "go round without end.",
+    "again, with 2 it stays in the air, an error; MOT_BAT_CURR_MAX is below the current of the flight at its "
+    "lowest voltage, or, an error, of a hover: flown with a low MOT_THST_HOVER, it sank to the ground.  An "
+    "error where RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps "
+    "they take (MissionBase::getNextPositionItems), and go round without end.",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
     "yourself",
     instead="the parameters of --params",
