@@ -29,6 +29,7 @@ from planner.flight.failsafe import (
 )
 from planner.flight.fence_schedule import AREAS, fence_is_on
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.pilot import is_of_ardupilot
 from planner.flight.returns.path import thinned
 from planner.mission.commands import Command
 from planner.mission.items import MissionFormat
@@ -127,8 +128,9 @@ FAILSAFE_BEFORE_END = Rule(
     "the failsafe acts by that, it is not checked (X904).  An error where the vehicle returns or lands, "
     "information where it "
     "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
-    "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8).  "
-    "Not checked where nothing measures the battery "
+    "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8), "
+    "and in a return of the mission before it one that ArduPilot begins anew, its wait too, and for that "
+    "lands below the reserve.  Not checked where nothing measures the battery "
     "(BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
@@ -338,13 +340,23 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     returns = event.action == RETURNS or (
         event.action == TO_LANDING and not _has_landing(a.mission)
     )
-    if event.action == WARNS or (returns and not comes_down):
+    if event.action == WARNS:
         return comes_down or kind in RETURN_STAGES
+    if returns and not comes_down:
+        return kind in RETURN_STAGES and not _begins_anew_short(a, event)
     return comes_down and (
         event.action == LANDS
         or bool(int(numbers(a).get("FS_OPTIONS", 0.0)) & _LANDS_ON)
         or _ends_there(a, event, a.route.stages[last])
     )
+
+
+def _begins_anew_short(a: Assessment, event: FailsafeEvent) -> bool:
+    """Return whether a return that a failsafe begins anew during the mission's own ends below the reserve.
+
+    ArduPilot climbs and waits over home once more (``ModeRTL::init``; flown), PX4 goes on.
+    """
+    return is_of_ardupilot(a.own_parameters) and _return_short_wh(a, _points(a, event)) > 0.0
 
 
 def _points(a: Assessment, event: FailsafeEvent) -> ReturnPoints:

@@ -1073,3 +1073,27 @@ def test_a_failsafe_acts_by_what_a_model_does_not_count_too(
     found = told(result, "E134")
     assert [one.severity for one in found] == [severity] * (severity is not None)
     assert all("does not count" in one.message for one in found)
+
+
+@pytest.mark.parametrize(
+    ("low_mah", "reserve", "fires"),
+    [(6910.0, 0.809, True), (6990.0, 0.809, False), (6910.0, 0.7, False)],
+)
+def test_a_return_that_begins_anew_in_the_missions_own_waits_again(
+    low_mah: float, reserve: float, *, fires: bool
+) -> None:
+    """Of 177.6 Wh it takes 31.9, 5.9 of them over home for 60 s, 4.7 to land: from 33.9 on below 0.809.
+
+    At 6910 mAh, 24.2 Wh, both are to come again: 34.8 Wh; at 6990 mAh it has just got there, 22.4 Wh: 33.0.
+    Flown: 60 s more over home, with a failsafe in the middle of them.
+    """
+    told = checked(
+        reserve=reserve,
+        BATT_CAPACITY=8000.0,
+        BATT_LOW_MAH=low_mah,
+        BATT_FS_LOW_ACT=2.0,
+        RTL_LOIT_TIME=60000.0,
+    )
+    found = [one for one in told.findings if one.code == "E103"]
+    assert [one.severity for one in found] == [Severity.ERROR] * fires
+    assert all(one.item == 4 and "below the reserve" in one.message for one in found)
