@@ -22,6 +22,7 @@ from planner.mission.commands import (
     px4_takes_off_after,
 )
 from planner.mission.items import MissionFormat, VehicleKind
+from planner.mission.route.followed import FollowedMission
 from planner.mission.route.order import FlownOrder, flown_order
 from planner.mission.route.position import counts_from_sea, ground_amsl_m, is_on_earth
 from planner.mission.route.queue import JUMPS
@@ -31,7 +32,6 @@ from planner.mission.route.walk import (
     ENDLESS,
     ITEM_NOT_MODELLED,
     LIFTS_OFF,
-    MissionState,
     VehicleHabits,
 )
 from planner.mission.storage import stored_hold_s
@@ -141,7 +141,7 @@ def make_route(
     return replace(laid_out, return_height_m=mission.return_height_m)
 
 
-def _is_planned_already(state: MissionState, onward: MissionItem | None) -> bool:
+def _is_planned_already(state: FollowedMission, onward: MissionItem | None) -> bool:
     """Return whether ArduPilot has the next leg planned, above the home before, when home moves.
 
     Notes
@@ -158,7 +158,7 @@ def _is_planned_already(state: MissionState, onward: MissionItem | None) -> bool
 
 
 def _remark_datum(
-    state: MissionState, change_m: float, ahead: Iterable[MissionItem], *, is_set_before: bool
+    state: FollowedMission, change_m: float, ahead: Iterable[MissionItem], *, is_set_before: bool
 ) -> None:
     """Tell what ArduPilot flies next at a height by the home before; set on the way it is known by then."""
     onward = next((item for item in ahead if is_navigation(item.command)), None)
@@ -201,7 +201,7 @@ def _remark_datum(
         )
 
 
-def _keeps_height(state: MissionState, onward: MissionItem | None) -> bool:
+def _keeps_height(state: FollowedMission, onward: MissionItem | None) -> bool:
     """Return whether ArduPilot sets out at the height it has, by the home before, when home moves.
 
     Notes
@@ -223,7 +223,7 @@ def _keeps_height(state: MissionState, onward: MissionItem | None) -> bool:
     return is_destination(onward.command)
 
 
-def _returns_for_ever(state: MissionState, change_m: float) -> bool:
+def _returns_for_ever(state: FollowedMission, change_m: float) -> bool:
     """Return whether a return began right before a DO_SET_HOME moved home up or down.
 
     Flown with ArduCopter 4.7.0-dev: by 3 m, 8 m, 20 m and 50 m it never came down, by 1 m it did.
@@ -235,7 +235,7 @@ def _returns_for_ever(state: MissionState, change_m: float) -> bool:
     return abs(change_m) > _RETURN_ENDS_M and not is_underway
 
 
-def _changes_to_height_of_home(state: MissionState) -> bool:
+def _changes_to_height_of_home(state: FollowedMission) -> bool:
     """Return whether home moved while a height above it was flown to.
 
     ``ModeAuto::do_loiter_to_alt`` keeps that height, ``loiter_to_alt_run`` compares it with one above the
@@ -245,7 +245,7 @@ def _changes_to_height_of_home(state: MissionState) -> bool:
 
 
 def _plan_ahead(
-    state: MissionState, order: FlownOrder, items: Sequence[MissionItem], position: int
+    state: FollowedMission, order: FlownOrder, items: Sequence[MissionItem], position: int
 ) -> set[int]:
     """Mark that the next place is not seen where it is not, and return the jump where a wrong one is."""
     if not state.stages:
@@ -301,7 +301,7 @@ _STRAIGHT_UP_M = 2.0
 is there already. [m]"""
 
 
-def _takes_off_next(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
+def _takes_off_next(state: FollowedMission, ahead: Iterable[MissionItem]) -> bool:
     """Return whether a take-off is the next navigation command but for delays.
 
     Notes
@@ -325,7 +325,7 @@ def _takes_off_next(state: MissionState, ahead: Iterable[MissionItem]) -> bool:
     return False
 
 
-def _is_over(state: MissionState, item: MissionItem) -> bool:
+def _is_over(state: FollowedMission, item: MissionItem) -> bool:
     """Return whether an item is over where the vehicle stands."""
     north, east = item.latitude_deg, item.longitude_deg
     if north is None or east is None or not is_on_earth(north, east):
@@ -352,7 +352,7 @@ def _begin(
     dialect: Autopilot | None,
     home_amsl_m: float | None,
     terrain: TerrainGrid | None,
-) -> tuple[MissionState, list[Finding]]:
+) -> tuple[FollowedMission, list[Finding]]:
     """Return the state at home, and what had to be assumed about home."""
     findings: list[Finding] = []
     home = mission.home
@@ -386,7 +386,7 @@ def _begin(
         None if terrain is None else ground_amsl_m(terrain, *place),
         counts_from_sea=counts_from_sea(mission.items, dialect),
     )
-    state = MissionState(
+    state = FollowedMission(
         source=mission.source,
         dialect=dialect,
         start_deg=place,
@@ -521,7 +521,7 @@ ITEMS_NOT_FLOWN = Rule(
 
 def _left_out(
     mission: Mission,
-    state: MissionState,
+    state: FollowedMission,
     after: Sequence[int],
     reached: list[int],
     *,
@@ -568,7 +568,7 @@ def _left_out(
     ]
 
 
-def _is_away(state: MissionState) -> bool:
+def _is_away(state: FollowedMission) -> bool:
     """Return whether a flight ends too far from home for whoever waits there."""
     here = state.latitude_deg, state.longitude_deg
     return float(distance_m(*here, *state.home_deg)) > _AT_HOME_M
@@ -599,7 +599,7 @@ NOTHING_TO_FLY = Rule(
 )
 
 
-def _boundaries(mission: Mission, state: MissionState) -> list[Finding]:
+def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
     kinds = (stage.kind for stage in state.stages if stage.kind is not StageKind.DELAY)
     if next(kinds, StageKind.LAND) in LANDED_STAGES:  # no flight without a stage before them
@@ -674,7 +674,7 @@ NO_TERRAIN_DATA = Rule(
 )
 
 
-def _assumed_levels(mission: Mission, state: MissionState) -> list[Finding]:
+def _assumed_levels(mission: Mission, state: FollowedMission) -> list[Finding]:
     """Return what altitudes rest on that is not known: home's altitude, the terrain."""
     findings: list[Finding] = []
     if state.amsl_items and state.home_amsl_m is None:
@@ -698,7 +698,7 @@ def _assumed_levels(mission: Mission, state: MissionState) -> list[Finding]:
 
 
 def _laid_out(
-    state: MissionState,
+    state: FollowedMission,
     reached: tuple[int, ...],
     lap: Lap | None,
     findings: tuple[Finding, ...],
