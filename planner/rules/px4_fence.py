@@ -13,12 +13,13 @@ from planner.findings import Rule, Severity
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.geo.barrier import swept_areas
 from planner.mission.commands import RELATIVE_FRAMES, Command, command_name
+from planner.mission.route.stage import RETURN_STAGES
 from planner.rules.declaration import FENCE, PX4, Need, judges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.mission.items import MissionItem
     from planner.rules.assessment import Assessment
@@ -33,7 +34,7 @@ _HEIGHT_MARGIN_M = 2.0
 """So near to the limit a height may be off: PX4 was recorded up to 1.6 m above commanded heights. [m]"""
 _DOES = {2: "holds there", 3: "returns", 4: "cuts its motors", 5: "lands there"}
 """What GF_ACTION makes of a breach; those below only warn."""
-_LEAST_ACTION = min(_DOES)
+_LEAST_ACTION, _RETURNS = min(_DOES), 3
 _CHECKED = frozenset(
     {
         *(Command.NAV_WAYPOINT, Command.NAV_LOITER_UNLIM, Command.NAV_LOITER_TIME),
@@ -54,8 +55,8 @@ PREDICTED_BREACH = Rule(
     "GeofenceBreachAvoidance::computeBrakingDistanceMultirotor has it: a braking by MPC_ACC_HOR and "
     "MPC_JERK_AUTO that begins with the greater of it and MPC_ACC_HOR_MAX forwards, and 0.2 s at its speed; "
     "at rest to all sides; within --position-error of every area and of GF_MAX_HOR_DIST.  So much above it, "
-    "by MPC_ACC_UP_MAX and MPC_ACC_DOWN_MAX, within 2 m of GF_MAX_VER_DIST.  Its own returns are not "
-    "looked at.",
+    "by MPC_ACC_UP_MAX and MPC_ACC_DOWN_MAX, within 2 m of GF_MAX_VER_DIST.  With GF_ACTION 3 "
+    "returns of the mission go on, and its own returns are not looked at.",
     fix="set GF_PREDICT 0, or give it more room",
     instead="GF_PREDICT 0, or a mission farther from its fence",
 )
@@ -114,7 +115,7 @@ def _predicted_beyond(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
         beside_m = barrier.signed_distance_m(flown.points_m[1:])
         near = areas.near(barrier, margin_m)
         near |= (speed[1:] < _AT_REST_M_S) & (beside_m < rest_m + margin_m)
-        near &= flown.is_on(barrier)
+        near &= flown.is_on(barrier) & _matters(a, parameters, flown.path.segment)
         if near.any():
             found.append((int(near.argmax()), barrier.label))
     if found:
@@ -148,7 +149,7 @@ def _predicted_above(
         jerk_m_s3=parameters.jerk_m_s3,
     )
     over_m = path.height_m - datum_m + np.where(climb_m_s > -_AT_REST_M_S, reach_m, 0.0)
-    above = over_m > ceiling_m - _HEIGHT_MARGIN_M
+    above = (over_m > ceiling_m - _HEIGHT_MARGIN_M) & _matters(a, parameters, segment)
     if above.any():
         first = int(above.argmax())
         yield a.finding(
@@ -159,6 +160,16 @@ def _predicted_above(
             item=int(path.item[min(first, len(path.item) - 1)]),
             fix="set GF_PREDICT 0, or stay farther below the limit",
         )
+
+
+def _matters(a: Assessment, parameters: Px4Parameters, segment: IntArray) -> BoolArray:
+    """Return whether a breach in each segment changes the flight: to return, a return need not be told.
+
+    Flown: its own RTL says "approaching or outside geofence" with GF_ACTION 3, and goes on.
+    """
+    returns = [stage.kind in RETURN_STAGES for stage in a.route.stages]
+    is_returning = np.array([*returns, False])[a.returns.segment_stage[segment]]
+    return ~(is_returning & (parameters.fence_action == _RETURNS))
 
 
 def predicted_m(

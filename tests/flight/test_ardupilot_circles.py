@@ -241,6 +241,19 @@ def test_a_delay_behind_a_circle_is_flown_on_it() -> None:
     assert [one.kind for one in turned.stages[1:]] == [StageKind.CIRCLE, StageKind.DELAY]
 
 
+@pytest.mark.parametrize("is_speed_held", [False, True])
+def test_a_delay_on_a_circle_is_refused_for_what_is_held_back_alone(*, is_speed_held: bool) -> None:
+    # Flown: circle, CONDITION_YAW, NAV_DELAY, waypoint, RTL take 167.8 s; predicted were 167 s.
+    turn = item(115, frame=2, params=(90.0, 20.0, 0.0, 0.0))
+    speed = item(178, frame=2, params=(1.0, 2.0, -1.0, 0.0))
+    circle = item(18, north(100), 20.0, params=(1.0, 0.0, 20.0, 0.0))
+    delay = item(93, frame=2, params=(20.0, -1.0, -1.0, -1.0))
+    items = (takeoff_to(20), circle, turn, *[speed] * is_speed_held, delay)
+    found = make_route(mission(*items), dialect=Autopilot.ARDUPILOT).findings
+    told = [f for f in found if "what conditions hold back" in f.message]
+    assert [one.severity for one in told] == [Severity.ERROR] * is_speed_held
+
+
 @pytest.mark.parametrize(("is_delayed", "is_told"), [(True, True), (False, False)])
 def test_here_behind_a_delay_on_a_circle_is_no_go(*, is_delayed: bool, is_told: bool) -> None:
     circle = item(18, north(100), 20.0, params=(1.0, 0.0, 40.0, 0.0))

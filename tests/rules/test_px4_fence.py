@@ -98,6 +98,15 @@ def test_a_vehicle_at_rest_looks_to_all_sides() -> None:
         assert ("F116" in told) is fires
 
 
+@pytest.mark.parametrize(("action", "fires"), [(3, False), (5, True)])
+def test_a_return_of_the_mission_need_not_be_told_to_return(action: int, fires: bool) -> None:  # noqa: FBT001
+    # Flown: an edge 12 m behind home, RTL at 5 m/s: with 3 it lands at home, with 5 it lands on the way.
+    area = box(-400.0, -12.0, 400.0, 400.0)
+    given = f"GF_PREDICT,1\nGF_ACTION,{action}\n"
+    told = of_px4(takeoff(30), at(0, 120, 30.0), rtl(), areas=(area,), parameters=given)
+    assert ("F116" in told) is fires
+
+
 @pytest.mark.parametrize(("ceiling_m", "fires"), [(43.8, True), (44.3, False)])
 def test_height_predicted_has_to_be_below_the_limit(ceiling_m: float, fires: bool) -> None:  # noqa: FBT001
     # It brakes from 3 m/s 7.1 m before 38 m (228 m²/s² over 32 m/s²), looks 10.98 m up, and 2 m are kept.

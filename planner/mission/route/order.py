@@ -53,6 +53,7 @@ CARRIED_OUT_EARLY = Rule(
     "each undoing the other.",
     fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
     "jump and those behind it",
+    instead="--target, or DO_ items where no jump leads past them",
 )
 _ELSEWHERE = "is carried out on the way to item {place} already, where flown order does not lead"
 _PASSED_OVER = "is not carried out on the way to item {place}, though flown order leads past it"

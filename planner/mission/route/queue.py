@@ -48,6 +48,7 @@ HELD_BACK = Rule(
     "that the vehicle is at already, without a hold, which is over in the loop after it begins "
     "(AP_Mission::advance_current_nav_cmd; flown), an error where the autopilot is unknown.",
     fix="use NAV_DELAY to wait, or put the item behind the place it should act at",
+    instead="--target, or a mission without a leg of no length behind DO_ items",
 )
 
 

@@ -592,7 +592,7 @@ class MissionState(Position, kw_only=True, eq=False):
         circle = self.stages[-1]
         self.stages[-1] = replace(circle, hold_s=circle.hold_s + seconds)
         self.unknown_side = "and NAV_DELAY, while which ArduPilot circles on"
-        if self.conditions or self.waiting:
+        if self.waiting:
             message = (
                 f"{command_name(item.command)} behind LOITER_TURNS, and what conditions hold back: ArduPilot "
                 "carries that out while it circles on, which is not predicted"
