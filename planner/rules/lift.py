@@ -289,14 +289,14 @@ def _times_heavier(a: Assessment) -> float:
 def _times_thinner(a: Assessment) -> float:
     """Return the air the hover throttle may be known in over the thinnest of the flight, 1 at least. [-]"""
     limit = a.vehicle.valid_for.air_density_kg_m3
-    known_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else _densest_kg_m3(limit)
+    known_kg_m3 = _densest_kg_m3(limit)
     thinnest = a.flight.power.air_density_kg_m3(float(a.reach.height_m.max()))
     return max(known_kg_m3 / float(thinnest), 1.0)
 
 
-def _densest_kg_m3(known: Interval) -> float:
+def _densest_kg_m3(known: Interval | None) -> float:
     """Return the densest air a vehicle is held to have flown in: data sheets stand for any cold. [kg m⁻³]"""
-    return min(known.high, SEA_LEVEL_DENSITY_KG_M3)
+    return SEA_LEVEL_DENSITY_KG_M3 if known is None else min(known.high, SEA_LEVEL_DENSITY_KG_M3)
 
 
 LIFT_UNKNOWN = Rule(
@@ -390,7 +390,7 @@ def is_lift_unknown(a: Assessment, thin_kg_m3: float) -> bool:
 def _times_lifted(a: Assessment, thin_kg_m3: float) -> float:
     """Return the thrust of a flight in such air over the most of those the model was identified on. [-]"""
     limit = a.vehicle.valid_for.air_density_kg_m3
-    densest_kg_m3 = SEA_LEVEL_DENSITY_KG_M3 if limit is None else _densest_kg_m3(limit)
+    densest_kg_m3 = _densest_kg_m3(limit)
     thinner = thinnest_known_kg_m3(a) / thin_kg_m3
     times_heaviest, times_lightest = _times_heavier_than_flown(a)
     at_heaviest = times_heaviest * densest_kg_m3 / thin_kg_m3

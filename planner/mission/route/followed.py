@@ -44,7 +44,7 @@ _UNITS_PER_DEGREE = 1e7
 """In which ArduPilot keeps latitudes and longitudes."""
 _UNITS_PER_METRE = 100.0
 """In which it keeps heights."""
-_WAYPOINTS = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
+WAYPOINTS = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
 """What ArduPilot flies to with its waypoint controller, which sets out from where the last one led."""
 
 
@@ -184,7 +184,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         after = (self.latitude_deg, self.longitude_deg, self.height_m)
         units = (_UNITS_PER_DEGREE, _UNITS_PER_DEGREE, _UNITS_PER_METRE)
         return (
-            {stage.kind, since} <= _WAYPOINTS
+            {stage.kind, since} <= WAYPOINTS
             and stage.hold_s == 0.0
             and all(
                 round(a * unit) == round(b * unit)

@@ -22,7 +22,7 @@ from planner.mission.commands import (
     px4_takes_off_after,
 )
 from planner.mission.items import MissionFormat, VehicleKind
-from planner.mission.route.followed import FollowedMission
+from planner.mission.route.followed import WAYPOINTS, FollowedMission
 from planner.mission.route.order import FlownOrder, flown_order
 from planner.mission.route.position import counts_from_sea, ground_amsl_m, is_on_earth
 from planner.mission.route.queue import JUMPS
@@ -218,7 +218,7 @@ def _keeps_height(state: FollowedMission, onward: MissionItem | None) -> bool:
         return onward.names_place
     if onward.altitude_m != 0.0 or onward.command in TAKEOFFS:
         return False
-    if onward.command == Command.NAV_WAYPOINT and state.stages[-1].kind in _REACHED:
+    if onward.command == Command.NAV_WAYPOINT and state.stages[-1].kind in WAYPOINTS:
         return False  # ModeAuto::do_nav_wp takes the height of the place before
     return is_destination(onward.command)
 
@@ -288,8 +288,6 @@ CONTINUES_AFTER: Mapping[Autopilot, frozenset[StageKind]] = {
 disarm, ``Commander::handleAutoDisarm`` not in the middle of a mission."""
 _LOOKED_AHEAD = 16
 """Places in the list from which ArduPilot looks ahead for a take-off."""
-_REACHED = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
-"""What ArduPilot has reached with its waypoint controller."""
 _RETURN_ENDS_M = 1.0
 """A return begun before home moves up or down by no more still ends. [m]"""
 _SAME_LEVEL_M = 0.5
