@@ -63,6 +63,8 @@ _AT_CENTRE_DEG = 0.5 / _METRES_PER_DEGREE
 _AT_REST_S = 4.0
 """After so long in a place PX4 rests there: it enters it at 1.2 m/s, and loses that within 1.5 s times the
 logarithm (MPC_ACC_HOR 3, MPC_JERK_AUTO 4), down to 0.2 m/s, below which it turns nowhere. [s]"""
+_AT_ONE_HEIGHT_M = 0.8
+"""Within this PX4 takes a height for reached (NAV_MC_ALT_RAD), and does not slow down for it. [m]"""
 _SAME_HOME_M = 0.5
 """So near, and as high, a home is the one before. [m]"""
 
@@ -215,8 +217,8 @@ class MissionState(Position, kw_only=True, eq=False):
     """Whether a gate was the last item with a place."""
     unknown_side: str = ""
     """Why it is unknown where on the circle before the vehicle is; empty: it is known."""
-    leaves_on_tangent: bool = False
-    """Whether PX4 leaves the loiter before by the tangent of a circle about it."""
+    left_on_tangent: str = ""
+    """The loiter before, where PX4 leaves it slowly by the tangent of a circle about it."""
     circle_radius_m: float = 0.0
     """Radius of the circle before; 0: there is none. [m]"""
     moved_homes: list[HomePlace] = field(default_factory=list)
@@ -268,15 +270,17 @@ class MissionState(Position, kw_only=True, eq=False):
         ``MissionBlock::is_mission_item_reached_or_completed``: ``loiter_exit_xtrack`` moves the place of a
         LOITER_TIME, too, to where the tangent leads to the next one.  Flown: 0 s and 40 m, from 2 m before
         the place 39 m across it to that tangent, at the 1.3 m/s it had by then, 30 s; at rest it turns
-        nowhere.
+        nowhere.  A LOITER_TO_ALT of 40 m that climbs 20 m comes as near, and slow, while it climbs, and
+        keeps that speed while it turns (``PositionSmoothing::_generateVelocitySetpoint``,
+        ``_max_speed_previous``): 36 m at 0.85 m/s.  At one height it leaves at full speed, as predicted.
         """
-        if not self.leaves_on_tangent or not is_destination(item.command):
+        if not self.left_on_tangent or not is_destination(item.command):
             return
-        self.leaves_on_tangent = False
         message = (
-            "NAV_LOITER_TIME with parameter 4 above 0 right before: PX4 takes that for leaving by the "
-            "tangent of its radius, slowly, which is not predicted; write 0 there, or hold longer"
+            f"{self.left_on_tangent} right before: PX4 takes that for leaving by the tangent of its "
+            "radius, slowly, which is not predicted; write 0 there"
         )
+        self.left_on_tangent = ""
         self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
 
     def carry_out(self, item: MissionItem) -> None:
@@ -296,8 +300,8 @@ class MissionState(Position, kw_only=True, eq=False):
         hold_s = self._hold_s(item)
         self._go(kind, item, hold_s=hold_s)
         is_short = kind is StageKind.LOITER and hold_s < _AT_REST_S
-        if self.dialect is Autopilot.PX4 and is_short:
-            self.leaves_on_tangent = (item.param4 or 0.0) > 0.0
+        if self.dialect is Autopilot.PX4 and is_short and (item.param4 or 0.0) > 0.0:
+            self.left_on_tangent = "NAV_LOITER_TIME, so short and with parameter 4 above 0,"
 
     @property
     def has_landed(self) -> bool:
@@ -312,12 +316,17 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def change_height(self, item: MissionItem) -> None:
         """Fly to a place, then change height there."""
+        from_m = self.height_m
         self._go(StageKind.CHANGE_HEIGHT, item)
+        leaves_on_tangent = (item.param4 or 0.0) > 0.0
+        climbs = abs(self.height_m - from_m) > _AT_ONE_HEIGHT_M
+        if self.dialect is Autopilot.PX4 and leaves_on_tangent and climbs:
+            self.left_on_tangent = "NAV_LOITER_TO_ALT with another height and parameter 4 above 0"
         radius_m = item.param2 or 0.0
         self.stages[-1] = replace(
             self.stages[-1],
             radius_m=max(min(radius_m, LARGEST_RADIUS_M), -LARGEST_RADIUS_M),
-            leaves_on_tangent=(item.param4 or 0.0) > 0.0,
+            leaves_on_tangent=leaves_on_tangent,
         )
 
     def return_home(self, _item: MissionItem) -> None:
