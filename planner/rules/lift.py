@@ -313,9 +313,9 @@ LIFT_UNKNOWN = Rule(
     "range the model's "
     "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
     "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
-    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n, or of a "
-    "flown model the hover throttle, tells the thrust E116 judges instead.  And no vehicle more than "
-    "mass_max_kg.",
+    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n or a measured "
+    "hover throttle tells the thrust E116 judges instead; how heavy one from a data sheet may be, with "
+    "thrust_max_n alone.  And no vehicle more than mass_max_kg.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
     instead="--payload",
 )
@@ -426,6 +426,8 @@ def _beyond_sheet(a: Assessment, thin_kg_m3: float) -> Iterator[Finding]:
                 fix=_STATE_THRUST,
             )
         return
+    if measured_thrust(a) is not None:
+        return  # somebody did fly it: HOVER_THROTTLE_HIGH judges the air by what it hovers with
     known = max(heaviest_kg / own_kg, SEA_LEVEL_DENSITY_KG_M3 / thinnest_known_kg_m3(a))
     lifted = mass_kg / own_kg * SEA_LEVEL_DENSITY_KG_M3 / thin_kg_m3
     if lifted > _AIR_SLACK * known:

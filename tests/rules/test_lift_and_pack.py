@@ -240,6 +240,40 @@ def test_a_vehicle_nobody_flew_lifts_what_nearly_all_do(
     assert said is None or said in found[0][1]
 
 
+@pytest.mark.parametrize(
+    ("hover", "payload_kg", "codes"),
+    [
+        # 0.863 kg/m³ at 3500 m takes 1.42 times what a hover takes in 1.225, and 1.43 with the flight's 30 m.
+        (0.40, 0.0, set()),  # 0.57
+        (0.60, 0.0, {"E116"}),  # 0.86
+        (0.40, 0.2, set()),  # 0.64, beyond 0.7 once the battery has sunk: a warning
+        (0.35, 0.0, {"E120"}),  # the default: nobody hovered it
+        (
+            0.20,
+            0.55,
+            {"E120"},
+        ),  # 2.15 kg: heavier than is taken for granted, whatever it hovers with
+    ],
+)
+def test_a_throttle_tells_what_thin_air_takes_of_a_vehicle_of_a_data_sheet(
+    hover: float, payload_kg: float, codes: set[str]
+) -> None:
+    values = {"MOT_THST_HOVER": ParameterValue(hover)}
+    given: dict[str, Any] = {
+        "parameters": ParameterSet(source="p", values=values, stack=Autopilot.ARDUPILOT),
+        "home_amsl_m": 3500.0,
+        "payload_kg": payload_kg,
+        "battery": SHEET.battery,
+    }
+    errors = {
+        c
+        for c in ("E116", "E120")
+        for one, _ in reported(c, SHEET, **given)
+        if one is Severity.ERROR
+    }
+    assert errors == codes
+
+
 def test_no_vehicle_lifts_more_than_its_maker_allows() -> None:
     # whether from a data sheet or from flights: 0.1 kg beyond it, and as much as it
     for vehicle in (SHEET, QUAD):
