@@ -28,6 +28,7 @@ from planner.rules.declaration import ARDUPILOT, PX4, TERRAIN, NotEvaluated, jud
 from planner.rules.terrain_following import (
     OVER_TERRAIN,
     FollowingLegs,
+    follows_terrain,
     reach_down_m,
     returns_follow_terrain,
 )
@@ -54,6 +55,8 @@ _RETURN_SPACING_M = 100.0
 ground between them is judged as well. [m]"""
 _MOST_CELLS = 500_000
 """Cells that returns pass over, at most: beyond, they begin farther apart."""
+_WAY = 2
+"""Of the lines of a return the way, behind the stop and the climb."""
 _NARROW_M2 = 1e-6
 """Returns from a stretch that pass over less are one line. [m²]"""
 
@@ -198,6 +201,9 @@ def returns_too_low(
         end_m=corners[:, 1:].reshape(-1, 3),
         owner=np.repeat(np.arange(len(corners)) // 2, 3),
     )
+    # Where it follows the ground it stops, and begins to climb, over ground it follows: its leg is judged.
+    follows = np.array([follows_terrain(a, int(number)) for number in item])
+    lines = lines.select(~follows[lines.owner] | (np.arange(len(lines.owner)) % 3 == _WAY))
     # Between lines the ground is highest at centres of cells, all of which are judged.
     every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS))) or 1
     lines = lines.select(lines.owner % every == 0)

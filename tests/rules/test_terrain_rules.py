@@ -733,6 +733,28 @@ def test_a_wall_along_a_diagonal_is_as_high_between_its_cells(
     assert bool(of("A102", found)) is fires
 
 
+@pytest.mark.parametrize(("frame", "fires"), [(10, False), (3, True)])
+@pytest.mark.parametrize("east_m", [2.5, 5.0])
+def test_a_return_begins_as_high_as_its_leg_follows_the_ground(
+    east_m: float, frame: int, *, fires: bool
+) -> None:
+    """Over a chessboard of 4 m whose cells touch at corners, where ArduPilot takes half of it for the ground.
+
+    It follows that 6 m high and climbs at once; level 6 m above home it passes 2 m above the cells.
+    """
+    heights = 400.0 + 4.0 * (np.indices((ROWS, COLUMNS)).sum(axis=0) % 2)
+    beside_deg = HOME.longitude_deg + east_m / METRES_PER_DEGREE_NORTH
+    places = (item(16, north(m), 6.0, frame=frame, longitude_deg=beside_deg) for m in (100, 700))
+    found = findings(
+        mission(takeoff(6.0), *places, item(21, north(700), 0.0, longitude_deg=beside_deg)),
+        of_heights(heights, ground(0.0).tiles[0]),
+        Autopilot.ARDUPILOT,
+        "TERRAIN_ENABLE 1\nRTL_ALT 3000\nWPNAV_SPEED 100\n",
+        clearance_m=5.0,
+    )
+    assert bool(of("A104", found)) is fires
+
+
 @pytest.mark.parametrize(("height_m", "fires"), [(24.1, True), (25.1, False)])
 @pytest.mark.parametrize("autopilot", list(OF))
 def test_five_metres_are_kept_where_nothing_else_is_asked_for(
