@@ -288,6 +288,10 @@ class ParallelPacks(Value, eq=False, dict=True):
         return {}
 
 
+_DISCHARGED_TOGETHER = 12
+"""So many packs are discharged in one: of more, the arrays leave the cache of a core."""
+
+
 def predict_discharges(
     flight: Flight, packs: Sequence[ChargedPack]
 ) -> tuple[Discharge | None, ...]:
@@ -303,12 +307,11 @@ def predict_discharges(
         if circuit is not None and len(flight.motion.piece_segment):
             alike.setdefault((circuit.ocv_soc, circuit.ocv_v), []).append((number, circuit))
     for members in alike.values():
-        numbers = [number for number, _ in members]
-        circuits = [circuit for _, circuit in members]
-        for number, discharge in zip(
-            numbers, _discharges(flight, [packs[n] for n in numbers], circuits), strict=True
-        ):
-            found[number] = discharge
+        for first in range(0, len(members), _DISCHARGED_TOGETHER):
+            numbers, circuits = zip(*members[first : first + _DISCHARGED_TOGETHER], strict=True)
+            discharges = _discharges(flight, [packs[n] for n in numbers], circuits)
+            for number, discharge in zip(numbers, discharges, strict=True):
+                found[number] = discharge
     return tuple(found)
 
 

@@ -112,7 +112,8 @@ def test_what_is_usable_is_less_than_the_curve_holds_and_falls_with_the_charge()
 
 
 def test_packs_that_are_worked_out_together_are_each_as_alone() -> None:
-    # One that is worn, one of another curve, one of no curve at all, and one too weak for the flight.
+    # One that is worn, one of another curve, one of no curve at all, and one too weak for the flight;
+    # and more than are discharged in one.
     assert PACK.ocv_v is not None
     packs = [
         charged(PACK),
@@ -120,6 +121,7 @@ def test_packs_that_are_worked_out_together_are_each_as_alone() -> None:
         charged(replace(PACK, ocv_v=tuple(0.99 * volts for volts in PACK.ocv_v))),
         charged(Battery(capacity_wh=100.0)),
         charged(replace(PACK, internal_resistance_ohm=1.5)),
+        *(charged(PACK, 1.0 - 0.02 * number) for number in range(12)),
     ]
     together = predict_discharges(FLIGHT, packs)
     for pack, one in zip(packs, together, strict=True):
@@ -128,7 +130,7 @@ def test_packs_that_are_worked_out_together_are_each_as_alone() -> None:
         if one is not None and alone is not None:
             for name in set(field_names(Discharge)) - {"packs", "pack"}:
                 assert np.array_equal(getattr(one, name), getattr(alone, name)), name
-    assert [one is not None and one.can_deliver for one in together] == [
+    assert [one is not None and one.can_deliver for one in together[:5]] == [
         True,
         True,
         True,

@@ -507,8 +507,8 @@ _OF_PACK = (
     "reserve",
 )
 """Fields in which packs differ that fly the same."""
-PACKS_TOGETHER = 12
-"""So many are counted in one: of more, the arrays leave the cache of a core."""
+CASES_AHEAD = 96
+"""So many cases are looked at ahead: the ways home of all their packs are flown in one."""
 
 
 def _pack_key(setup: Setup) -> Hashable:

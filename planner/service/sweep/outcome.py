@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 from planner.errors import MavjouleError
 from planner.service.preflight import CheckResult, Steps, check_mission, shielded
 from planner.service.sweep.cases import case_setup
-from planner.service.sweep.memory import PACKS_TOGETHER
+from planner.service.sweep.memory import CASES_AHEAD
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -61,10 +61,10 @@ def check_case(plan: SweepPlan, number: int, steps: Steps) -> CaseOutcome:
 
 def check_cases(plan: SweepPlan, numbers: range, steps: RememberingSteps) -> Iterator[CaseOutcome]:
     """Yield what cases that follow one another come to, as `check_case`."""
-    for first in numbers[::PACKS_TOGETHER]:
+    for first in numbers[::CASES_AHEAD]:
         cases = [
             _Case.of(plan, number)
-            for number in range(first, min(first + PACKS_TOGETHER, numbers.stop))
+            for number in range(first, min(first + CASES_AHEAD, numbers.stop))
         ]
         steps.foresee([one.setup for one in cases if one.setup is not None])
         for one in cases:
