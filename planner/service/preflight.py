@@ -8,52 +8,41 @@ from contextlib import contextmanager
 from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
-import numpy as np
-
 from planner import catalogue, quantity
 from planner.arrays import keep_freed_memory
-from planner.autopilot import Autopilot, Target
+from planner.autopilot import Autopilot
 from planner.errors import (
     CheckFailedError,
     MavjouleError,
     MissionFileError,
     NoMissionFileError,
     OtherVehicleError,
-    UsageError,
     bug_text,
     missing_library,
 )
 from planner.findings import Rule, Severity
 from planner.flight.budget import NOTHING_FLOWN, flight_batteries
-from planner.flight.pilot import (
-    NOISE_ASSUMED,
-    flight_parameters,
-    habits_of,
-    make_pilot,
-    make_queue_pilots,
-    own_parameters_of,
-    shown_airspeed_m_s,
-)
+from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.reach import GUST_SDS
 from planner.flight.returns.destination import make_destinations, with_own_returns
 from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_returns, return_limits_wh, sweep_returns_each
 from planner.mission.files import read_mission
-from planner.mission.items import Mission
-from planner.mission.route.route import NOTHING_TO_FLY, OTHER_VEHICLE, make_route
+from planner.mission.route.route import NOTHING_TO_FLY
 from planner.physics.atmosphere import standard_temperature_c
 from planner.presented import PresentedCheck
 from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Assessment
 from planner.rules.energy import off_the_mean
 from planner.rules.registry import judge, judge_unflown
+from planner.service.preparation import over_its_ground, prepare
 from planner.setting import Number, taking_settings
 from planner.setup import Setup, settings
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Container, Iterable, Iterator
     from pathlib import Path
 
     from planner.findings import Finding
@@ -63,9 +52,10 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import Returns
     from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
     from planner.flight.uncertainty import Scenarios
-    from planner.mission.route.stage import Route
+    from planner.mission.items import Mission
     from planner.rules.ledger import LedgerEntry
     from planner.selection import Selection
+    from planner.service.preparation import Preparation
     from planner.vehicle.model import ModelSpread
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -147,22 +137,6 @@ Results: TypeAlias = Sequence[CheckResult | UnreadableMission]
 T = TypeVar("T")
 
 
-class Preparation(Value):
-    """What a flight is predicted from: a mission and a setup, with what follows from both."""
-
-    mission: Mission
-    setup: Setup
-    """With the position noise that counts."""
-    target: Target | None
-    """Whose rules the mission has to meet: of what flies it, of steps of its parameters or the file."""
-    parameters: FlightParameters | None
-    """What the autopilot is taken to fly with; ``None`` for reference steps."""
-    own_parameters: FlightParameters | None
-    """Those of the vehicle itself: ``parameters``, or of reference steps what their file holds."""
-    route: Route
-    findings: tuple[Finding, ...]
-
-
 class Steps:
     """The steps of a check; who makes many checks may remember what theirs have come to."""
 
@@ -208,6 +182,7 @@ class WhatIfSteps(Steps):
 
 
 _STEPS = Steps()
+_STANDS = "every item is where the vehicle stands: it never moves"
 
 
 def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> CheckResult:
@@ -459,185 +434,11 @@ check = taking_settings("check", check_mission, Setup)
 """`check_mission` with each setting as a keyword: ``check(mission, vehicle, charge=0.95)``."""
 
 
-def prepare(mission: Mission, setup: Setup) -> Preparation:
-    """Return what the flight of a mission is predicted from."""
-    given: object = mission
-    if not isinstance(given, Mission):
-        msg = f"mission must be planner.read_mission(path): got {given!r:.60}"
-        raise UsageError(msg)
-    setup, found_first = _flown_as_stated(mission, setup)
-    target = _target(mission, setup)
-    parameters, found = flight_parameters(
-        setup,
-        version=None if setup.target is None else setup.target.version,
-        has_rally=bool(mission.rally),
-    )
-    found += found_first
-    own_parameters = parameters
-    if setup.flown_by is Autopilot.STEP and setup.parameters is not None:
-        own_parameters, noted = own_parameters_of(
-            setup.parameters, target, has_rally=bool(mission.rally)
-        )
-        found += noted
-    vehicle = setup.vehicle
-    if setup.position_noise_m is None:
-        setup = replace(setup, position_noise_m=vehicle.position_noise_m)
-        if setup.flown_by is Autopilot.PX4 and vehicle.position_noise_m > 0.0:
-            message = (
-                f"position noise {vehicle.position_noise_m:g} m, as in the model {vehicle.name}: PX4 "
-                "flies more slowly and wanders"
-            )
-            found.append(NOISE_ASSUMED.finding(message))
-    replaced = False
-
-    def laid_out(firings: Mapping[int, float]) -> Route:
-        nonlocal replaced
-        route = make_route(
-            mission,
-            dialect=None if target is None else target.autopilot,
-            home_amsl_m=setup.home_amsl_m,
-            terrain=setup.terrain,
-            firings=firings,
-            habits=habits_of(own_parameters, target),
-        )
-        if setup.speed_m_s is None:
-            return route
-        from planner.mission.convert import route_at_speed
-
-        changed = route_at_speed(route, setup.speed_m_s)
-        replaced = changed.stages != route.stages
-        return changed
-
-    route = laid_out({})
-    if route.held:
-        from planner.flight.held_items import QueueFlights, route_with_queue
-        from planner.flight.uncounted import late_segments_s
-
-        def laid_home(firings: Mapping[int, float]) -> Route:
-            own = laid_out(firings)
-            places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
-            return with_own_returns(own, places)
-
-        shown_m_s = shown_airspeed_m_s(vehicle, own_parameters)
-        flights = QueueFlights(
-            pilots=make_queue_pilots(setup, own_parameters, target),
-            late_s=lambda motion: late_segments_s(motion, vehicle, setup.wind, shown_m_s),
-        )
-        route = route_with_queue(mission, laid_home, flights)
-    is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup)
-    found += [
-        replace(one, severity=Severity.WARNING)
-        if is_copter and one.code == OTHER_VEHICLE.code and one.severity is Severity.ERROR
-        else one
-        for one in (*mission.findings, *route.findings)
-    ]
-    if replaced:
-        found.append(_speed_replaced(setup))
-    return Preparation(
-        mission=mission,
-        setup=setup,
-        target=target,
-        parameters=parameters,
-        own_parameters=own_parameters,
-        route=route,
-        findings=tuple(found),
-    )
-
-
-def _flown_as_stated(mission: Mission, setup: Setup) -> tuple[Setup, list[Finding]]:
-    """Return a setup that is flown by who its parameters, its target or the mission name, and say so.
-
-    Where the model's autopilot is assumed and ``--autopilot`` states none.
-    """
-    if setup.autopilot is not None or not setup.vehicle.reference_assumed:
-        return setup, []
-    given, target = setup.parameters, setup.target
-    named = [
-        (None if given is None else given.stack, "its parameters are"),
-        (None if target is None else target.autopilot, "the target is"),
-        (mission.autopilot, "the mission's file is"),
-    ]
-    by, whose = next((one for one in named if one[0] not in {None, Autopilot.STEP}), (None, ""))
-    if by is None or by is setup.vehicle.reference:
-        return setup, []
-    from planner.rules.model import AUTOPILOT_DIFFERS
-
-    message = (
-        f"flown by {by.label}, as {whose} for it: the model {setup.vehicle.name} only assumes "
-        f"{setup.vehicle.reference.label}; state it with --autopilot"
-    )
-    return replace(setup, autopilot=by), [AUTOPILOT_DIFFERS.finding(message)]
-
-
-def at_speed(prepared: Preparation, speed_m_s: float) -> Preparation:
-    """Return what `prepare` makes of a mission at one speed of every level leg from what it made at its own.
-
-    Of a route that holds nothing back: a condition may be met elsewhere at another speed.
-    """
-    from planner.mission.convert import route_at_speed
-
-    setup = replace(prepared.setup, speed_m_s=speed_m_s)
-    route, found = route_at_speed(prepared.route, speed_m_s), prepared.findings
-    if route.stages != prepared.route.stages:
-        found += (_speed_replaced(setup),)
-    return replace(prepared, setup=setup, route=route, findings=found)
-
-
-def _speed_replaced(setup: Setup) -> Finding:
-    from planner.mission.convert import SPEED_REPLACED
-
-    return SPEED_REPLACED.finding(
-        f"predicted at {quantity.speed(setup.speed_m_s)} on every level leg: the file commands other "
-        "speeds"
-    )
-
-
-_NO_PLANES = frozenset({"FRAME_CLASS", "FS_THR_ENABLE"})
-"""Of copters and rovers; planes have Q_FRAME_CLASS and THR_FAILSAFE."""
-_STANDS = "every item is where the vehicle stands: it never moves"
-
-
-def _is_of_copter(setup: Setup) -> bool:
-    """Return whether ArduCopter is asked for, or parameters are given that no plane has.
-
-    Without parameters the vehicle tells: all models are of multicopters.
-    """
-    if setup.target is not None and setup.target.autopilot is Autopilot.ARDUPILOT:
-        return True
-    if setup.parameters is None:
-        return setup.vehicle.reference is Autopilot.ARDUPILOT
-    from planner.vehicle.parameters.resolve import COPTER_ONLY
-
-    return not (COPTER_ONLY | _NO_PLANES).isdisjoint(setup.parameters.values)
-
-
 def assess(prepared: Preparation) -> Assessment | None:
     """Return everything that is predicted of a flight of at least one stage; ``None``: nothing moves."""
     prepared = over_its_ground(prepared)
     returns = fly(prepared)
     return None if returns is None else assess_flown(prepared, returns, _STEPS)
-
-
-def over_its_ground(prepared: Preparation) -> Preparation:
-    """Return what a flight is predicted from, with the lowest ground in its wind's profile."""
-    setup, route = prepared.setup, prepared.route
-    wind, terrain = setup.wind, setup.terrain
-    if wind.reference_height_m is None or terrain is None:
-        return prepared
-    rally = [(point.latitude_deg, point.longitude_deg) for point in prepared.mission.rally]
-    places_m = np.array(
-        [
-            (0.0, 0.0),
-            *((stage.east_m, stage.north_m) for stage in route.stages),
-            *(route.frame.east_north_m(*place) for place in rally),
-        ]
-    )
-    ends_m = np.stack((places_m.min(axis=0), places_m.max(axis=0)))
-    lowest_m = terrain.lowest_amsl_m(*route.frame.latitude_longitude_deg(*ends_m.T))
-    below_m = route.ground_datum_m - lowest_m
-    if not below_m > 0.0:
-        return prepared
-    return replace(prepared, setup=replace(setup, wind=replace(wind, ground_below_m=below_m)))
 
 
 def fly(
@@ -719,31 +520,6 @@ def assess_flown(prepared: Preparation, returns: Returns, steps: Steps) -> Asses
         return_plan=plan,
         returns=returns,
     )
-
-
-def _target(mission: Mission, setup: Setup) -> Target | None:
-    flown_by, given = setup.flown_by, setup.parameters
-    if setup.target is not None:
-        if flown_by not in {Autopilot.STEP, setup.target.autopilot}:
-            msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
-            raise UsageError(msg)
-        if given is not None and given.stack not in {None, setup.target.autopilot}:
-            msg = (
-                f"the rules of {setup.target.label} do not hold for a vehicle with {given.stack.label}'s "
-                f"parameters: {given.source}"
-            )
-            raise UsageError(msg)
-        return setup.target
-    autopilot: Autopilot | None = flown_by
-    if (
-        flown_by is Autopilot.STEP
-    ):  # its parameters tell what it is, its file what that was written for
-        stack = None if given is None else given.stack
-        autopilot = mission.autopilot if stack is None else stack
-    if autopilot is None or autopilot is Autopilot.STEP:
-        return None
-    is_known = given is not None and given.stack is autopilot
-    return Target(autopilot, given.version if given is not None and is_known else None)
 
 
 def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:

@@ -19,7 +19,8 @@ from planner.findings import Place
 from planner.flight.pilot import NOISE_ASSUMED
 from planner.flight.prediction import sample_trace
 from planner.mission.items import Mission, MissionItem
-from planner.service.preflight import CheckResult, assess, prepare
+from planner.service.preflight import CheckResult, assess
+from planner.service.preparation import prepare
 from planner.values import Value, field_names, field_values, replace
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from planner.flight.pilot import airspeed_limit_m_s, step_speeds_m_s
 from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, routes_at_speeds
 from planner.presented import Presented
-from planner.service.preflight import WhatIfSteps, at_speed, check_mission, prepare
+from planner.service.preflight import WhatIfSteps, check_mission
+from planner.service.preparation import at_speed, prepare
 from planner.setting import is_finite_number
 from planner.setup import Setup
 from planner.units import wh_from_j
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
     from planner.flight.prediction import ItemArrival
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
-    from planner.service.preflight import CheckResult, Preparation
+    from planner.service.preflight import CheckResult
+    from planner.service.preparation import Preparation
     from planner.vehicle.declared import Interval
     from planner.vehicle.model import VehicleModel
 

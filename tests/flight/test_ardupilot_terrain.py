@@ -22,7 +22,8 @@ from planner.flight.motion.ardupilot.stages import followed_speed_m_s
 from planner.flight.motion.ardupilot.vertical import landing, landing_speed_m_s
 from planner.flight.motion.followed_ground import following_to_land
 from planner.geo.geodesy import LocalFrame
-from planner.service.preflight import CheckResult, assess, check, prepare
+from planner.service.preflight import CheckResult, assess, check
+from planner.service.preparation import prepare
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery

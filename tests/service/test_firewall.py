@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.mission.items import Mission
+    from planner.service.preparation import Preparation
 
 ROW = "{n}\t0\t3\t{command}\t0\t0\t0\t0\t{latitude}\t8\t20\t1\n"
 HOME_ROW = "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47\t8\t400\t1\n"
@@ -54,7 +55,7 @@ def two(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, str]:
         (tmp_path / name).write_text(SHORT, encoding="utf-8")
     whole = preflight.assess
 
-    def assess(prepared: preflight.Preparation) -> object:
+    def assess(prepared: Preparation) -> object:
         if prepared.mission.source.startswith("bad"):
             crash()
         return whole(prepared)
