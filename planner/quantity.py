@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -33,6 +34,11 @@ def energy(energy_wh: float | None) -> str:
 def charge(charge_mah: float | None) -> str:
     """Return a charge in mAh: ``1630 mAh``."""
     return _whole(charge_mah, "mAh")
+
+
+def charge_of_ah(charge_ah: float) -> str:
+    """Return a charge, given in Ah, as parameters and labels state it: ``1630 mAh``."""
+    return charge(MILLIAMPERE_HOURS_PER_AMPERE_HOUR * charge_ah)
 
 
 def power(power_w: float | None) -> str:

@@ -358,7 +358,7 @@ def ardupilot_events(
         if charge_ah > 0.0 and profile.used_ah is not None:
             found = _first_below(own.battery_capacity_ah - profile.used_ah, charge_ah)
             if found is not None:
-                name, limit = f"{monitor}_{which}_MAH", quantity.charge(1000.0 * charge_ah)
+                name, limit = f"{monitor}_{which}_MAH", quantity.charge_of_ah(charge_ah)
                 reading = f"{limit} of {monitor}_CAPACITY are left, {name} is {limit}"
                 yield _event(name, does, reading, found)
         if low_v > 0.0 and hold_s > 0.0 and voltage_v is not None:
@@ -399,7 +399,7 @@ def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]
         if does not in landing:
             continue
         if charge_ah > 0.0 and parameters.battery_capacity_ah > 0.0:
-            of_charge = f"BATT_{which}_MAH ({quantity.charge(1000.0 * charge_ah)})"
+            of_charge = f"BATT_{which}_MAH ({quantity.charge_of_ah(charge_ah)})"
             return of_charge, charge_ah / parameters.battery_capacity_ah
         if low_v > 0.0 and parameters.battery_low_timer_s > 0.0:
             watched.append(f"BATT_{which}_VOLT ({quantity.decimals(low_v, 1)} V)")

@@ -251,10 +251,7 @@ def _capacity_setting_differs(
     least_ah, most_ah = _WORN * pack.charge_ah, pack.charge_ah / _WORN
     if any(least_ah <= one_ah <= most_ah for one_ah in (set_ah, all_ah)):
         return
-    set_to, held = (
-        quantity.charge(MILLIAMPERE_HOURS_PER_AMPERE_HOUR * one_ah)
-        for one_ah in (set_ah, pack.charge_ah)
-    )
+    set_to, held = (quantity.charge_of_ah(one_ah) for one_ah in (set_ah, pack.charge_ah))
     yield a.finding(
         CAPACITY_SETTING_DIFFERS, f"{origin.name} is {set_to}; the battery of this check has {held}"
     )

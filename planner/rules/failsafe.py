@@ -1,4 +1,4 @@
-"""Rules on what the vehicle decides itself: failsafes, arming, returns to rally points."""
+"""Rules on what the vehicle decides itself: its failsafes by battery and time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from planner.findings import Rule, Severity
 from planner.flight.budget import battery_temperature_c
 from planner.flight.failsafe import (
     LANDS,
-    PX4_BATTERY_ACTIONS,
     RETURNS,
     STOPS_FLYING,
     TO_LANDING,
@@ -27,20 +26,16 @@ from planner.flight.failsafe import (
     px4_time_events,
     px4_voltage_assumed,
 )
-from planner.flight.fence_schedule import AREAS, fence_is_on
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import is_of_ardupilot
-from planner.flight.returns.path import thinned
 from planner.mission.commands import Command
-from planner.mission.items import MissionFormat
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.physics.battery import loaded_voltage_v
 from planner.quantity import sd_of
-from planner.rules.arming import is_checked
-from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.battery import BATTERY_ASSUMED
-from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PARAMETERS, PX4, NotEvaluated, judges
+from planner.rules.battery_arming import ARMING_REFUSED, least_to_arm, profile_of
+from planner.rules.declaration import PACK, PARAMETERS, NotEvaluated, judges
 from planner.rules.energy import (
     ASSUMED_ERROR,
     LEAST_RISK,
@@ -53,14 +48,13 @@ from planner.units import wh_from_j
 from planner.values import replace
 from planner.vehicle.pack import high_resistance_ohm
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.table import OriginKind, parameter_table
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.flight.budget import BatteryBudget
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
     from planner.flight.returns.path import ReturnPoints
     from planner.mission.items import Mission
@@ -70,18 +64,8 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
-_ARMS_BY_ITS_OWN = (1, 16)
-"""The version from which COM_ARM_BAT_MIN is in place of BAT_CRIT_THR."""
-_MOST_RALLY_PLACES = 200
 _REFUSES = -1
 """Stands for what arming does: a refusal is no warning."""
-_THRESHOLDS: Mapping[str, str] = {
-    "battery_low_v": "battery_low_action",
-    "battery_critical_v": "battery_critical_action",
-    "battery_low_ah": "battery_low_action",
-    "battery_critical_ah": "battery_critical_action",
-}
-"""Thresholds of ArduPilot's monitors, and which action each has."""
 _VOLTAGE_NEEDED = (
     "the battery's open-circuit voltage and resistance, in the vehicle model: PX4 estimates the charge by "
     "voltage"
@@ -98,12 +82,6 @@ _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
-
-
-def _profile(a: Assessment) -> BatteryProfile:
-    profile = a.battery_profile
-    assert profile is not None  # as of a pack: see the needs of these rules
-    return profile
 
 
 FAILSAFE_BEFORE_END = Rule(
@@ -142,14 +120,14 @@ FAILSAFE_BEFORE_END = Rule(
 def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding | NotEvaluated]:
-    profile = _profile(a)
-    found = list(_first_reported(a, _events(a, profile, pack, parameters)))
+    profile = profile_of(a)
+    found = list(first_reported(a, _events(a, profile, pack, parameters)))
     yield from found
     yield from _unwatched(a, profile, pack, parameters)
     if any(one.severity is Severity.ERROR for one in found):
         return
     if isinstance(parameters, Px4Parameters):
-        yield from _unwatched_by_px4(a, profile, pack, parameters)
+        yield from unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
 
 
@@ -177,7 +155,7 @@ def _returned_by_older_px4(
             )
 
 
-def _unwatched_by_px4(
+def unwatched_by_px4(
     a: Assessment,
     profile: BatteryProfile,
     pack: Battery,
@@ -195,7 +173,7 @@ def _unwatched_by_px4(
             asked_by=f"{battery}_N_CELLS of {parameters.battery_cells}",
             needs=_VOLTAGE_NEEDED,
         )
-    refused, name = _least_to_arm(a, parameters)
+    refused, name = least_to_arm(a, parameters)
     acting = [
         event.parameter
         for event in px4_charge_events(seen, parameters)
@@ -215,24 +193,7 @@ def _unwatched_by_px4(
         )
 
 
-def _least_to_arm(a: Assessment, parameters: Px4Parameters) -> tuple[float, str]:
-    """Return the charge PX4 arms with at least, and what says so. [-]
-
-    ``BatteryChecks::checkAndReport``: below what is critical or an emergency it does not; COM_ARM_BAT_MIN
-    is in place of that where it is not negative, before 1.16 beside it.
-    """
-    set_to = (parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN")
-    critical = max(
-        (parameters.battery_critical_fraction, "BAT_CRIT_THR"),
-        (parameters.battery_emergency_fraction, "BAT_EMERGEN_THR"),
-    )
-    version = None if a.target is None else a.target.version
-    if set_to[0] >= 0.0 and version is not None and version >= _ARMS_BY_ITS_OWN:
-        return set_to
-    return max(critical, set_to)
-
-
-def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
+def first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
     """Yield the first that acts, and the first that warns before it."""
     events = _in_time(a, events)
     acting = _first_acting(events)
@@ -268,8 +229,8 @@ def _unwatched(
         ("BATT_LOW_VOLT", "battery_low_v", voltage_v, quantity.voltage, low),
         ("BATT_CRT_VOLT", "battery_critical_v", voltage_v, quantity.voltage, critical),
         ("BATT_ARM_VOLT", "arm_battery_min_v", profile.rest_v, quantity.voltage, _REFUSES),
-        ("BATT_LOW_MAH", "battery_low_ah", profile.used_ah, _milliampere_hours, low),
-        ("BATT_CRT_MAH", "battery_critical_ah", profile.used_ah, _milliampere_hours, critical),
+        ("BATT_LOW_MAH", "battery_low_ah", profile.used_ah, quantity.charge_of_ah, low),
+        ("BATT_CRT_MAH", "battery_critical_ah", profile.used_ah, quantity.charge_of_ah, critical),
     ):
         threshold = getattr(parameters, quantity_name)
         origin = parameters.origins.get(quantity_name)
@@ -320,10 +281,6 @@ def _acts_on_none(
         if _first_acting(_in_time(a, list(events))) is not None:
             return False
     return True
-
-
-def _milliampere_hours(charge_ah: float) -> str:
-    return quantity.charge(1000.0 * charge_ah)
 
 
 def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
@@ -431,7 +388,7 @@ FAILSAFE_AT_RISK = Rule(
 def _failsafe_at_risk(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
-    predicted = _profile(a)
+    predicted = profile_of(a)
     if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
         return  # E103
     uncounted = tuple(_uncounted_flight(a, pack))
@@ -498,7 +455,7 @@ def _worse_flights(
 
     One that takes more than predicted, and one that takes longer.
     """
-    predicted, totals = _profile(a), a.totals
+    predicted, totals = profile_of(a), a.totals
     taken = float(predicted.fraction[0] - predicted.fraction[-1])
     if parameters.measures_battery and totals.energy_wh and taken > 0.0:
         of_flight = sds * _error(totals.energy_wh, totals.energy_wh_p90) * taken
@@ -583,303 +540,3 @@ def _charge_events(
     if isinstance(parameters, Px4Parameters):
         return list(px4_charge_events(px4_charge(profile, pack, parameters), parameters))
     return list(ardupilot_events(profile, parameters))
-
-
-ARMING_REFUSED = Rule(
-    "E114 battery-refused-at-arming",
-    Severity.ERROR,
-    summary="The vehicle would not arm with this battery.",
-    why="A vehicle that refuses to arm on the field costs the day.",
-    how="PX4: charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR and BAT_EMERGEN_THR where that is "
-    "negative (both before 1.16, and where the version is not known), or a voltage above 1.05 BAT1_V_CHARGED "
-    "for each of BAT1_N_CELLS.  ArduPilot: "
-    "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_LOW_VOLT or BATT_CRT_VOLT, BATT_CAPACITY "
-    "below BATT_ARM_MAH, BATT_LOW_MAH or BATT_CRT_MAH, whatever the action, where ARMING_CHECK "
-    "and ARMING_SKIPCHK leave the check of the battery on.",
-    fix="charge the battery, or correct the parameter",
-    instead="--charge, or the parameters of --params",
-)
-
-
-@judges(ARMING_REFUSED, needs=(PACK, PARAMETERS))
-def _arming_refused(
-    a: Assessment, pack: Battery, parameters: FlightParameters
-) -> Iterator[Finding]:
-    is_px4 = isinstance(parameters, Px4Parameters)
-    if not parameters.measures_battery or not (is_px4 or is_checked(a, BATTERY)):
-        return
-    profile = _profile(a)
-    if isinstance(parameters, Px4Parameters):
-        yield from _not_armed_by_px4(a, profile, pack, parameters, "BAT1")
-        return
-    yield from _not_armed_with(a, profile, parameters, "BATT")
-
-
-def _not_armed_by_px4(
-    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: Px4Parameters, battery: str
-) -> Iterator[Finding]:
-    """Yield why PX4 does not arm, by one of its batteries."""
-    seen_v, highest_v = profile.rest_v, px4_highest_v(parameters)
-    if seen_v is not None and not profile.is_curve_assumed and seen_v[0] > highest_v:
-        yield a.finding(
-            ARMING_REFUSED,
-            f"PX4 does not arm at {quantity.decimals(float(seen_v[0]), 1)} V: with {battery}_N_CELLS "
-            f"{parameters.battery_cells} that is over voltage",
-        )
-    least, name = _least_to_arm(a, parameters)
-    charge = float(px4_charge(profile, pack, parameters)[0])
-    if charge < least:
-        by = "" if battery == "BAT1" else f" of {battery}"
-        yield a.finding(
-            ARMING_REFUSED,
-            f"PX4 does not arm at {quantity.beside(charge, least, quantity.percent)} charge{by}: {name} is "
-            f"{quantity.percent(least)}",
-        )
-
-
-def _not_armed_with(
-    a: Assessment, profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str
-) -> Iterator[Finding]:
-    """Yield why ArduPilot does not arm, by one of its monitors."""
-    for name in ("arm_battery_min_v", "battery_low_v", "battery_critical_v"):
-        least_v, spelt = getattr(parameters, name), _spelt(parameters, name)
-        if spelt and profile.rest_v is not None and profile.rest_v[0] < least_v:
-            yield a.finding(
-                ARMING_REFUSED,
-                f"ArduPilot does not arm at {quantity.voltage(float(profile.rest_v[0]))}: {spelt} is "
-                f"{quantity.voltage(least_v)}",
-            )
-            break
-    yield from _never_armed_with(a, parameters, monitor)
-
-
-def _never_armed_with(
-    a: Assessment, parameters: ArduPilotParameters, monitor: str
-) -> Iterator[Finding]:
-    """Yield why ArduPilot does not arm with one of its monitors, whatever battery it is on."""
-    for name in ("arm_battery_min_ah", "battery_low_ah", "battery_critical_ah"):
-        least_ah, spelt = getattr(parameters, name), _spelt(parameters, name)
-        is_counted = parameters.measures_current or name == "arm_battery_min_ah"
-        if spelt and is_counted and parameters.battery_capacity_ah < least_ah:
-            yield a.finding(
-                ARMING_REFUSED,
-                f"ArduPilot never arms: {spelt} is {_milliampere_hours(least_ah)}, {monitor}_CAPACITY "
-                f"{_milliampere_hours(parameters.battery_capacity_ah)}",
-            )
-            break
-
-
-def _spelt(parameters: ArduPilotParameters, name: str) -> str:
-    """Return the name of a parameter that is stated; empty where its default is assumed."""
-    origin = parameters.origins.get(name)
-    return "" if origin is None or origin.is_default else origin.name
-
-
-SECOND_BATTERY = Rule(
-    "E128 further-battery-monitor",
-    Severity.INFO,
-    summary="The vehicle has further battery monitors, each with failsafes of its own.",
-    why="Any of them returns, lands or refuses to arm as the first does.",
-    how="ArduPilot: BATT2_ to BATT9_, BATTA_ to BATTG_ with a _MONITOR above 0; PX4: BAT2_ and BAT3_ with a "
-    "_SOURCE of 0 or more.  One whose _CAPACITY is that of the battery that flies, to 10 %, is judged as the "
-    "first (E103, E114); of any other a threshold that acts, and _ARM_VOLT, is not checked (X904).",
-    fix="",
-)
-_SAME_PACK = 0.1
-"""Capacities that differ by no more are those of one battery: labels, and what wear leaves. [-]"""
-
-
-@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, ARMING_REFUSED, needs=(PACK, ARDUPILOT))
-def _further_monitors(
-    a: Assessment, pack: Battery, parameters: ArduPilotParameters
-) -> Iterator[Finding | NotEvaluated]:
-    values = numbers(a)
-    profile = _profile(a)
-    for monitor in (f"BATT{number}" for number in "23456789ABCDEFG"):
-        if values.get(f"{monitor}_MONITOR", 0.0) <= 0.0:
-            continue
-        own = _of_monitor(parameters, monitor, values)
-        watched = [
-            spelt
-            for quantity_name, action in _THRESHOLDS.items()
-            if (spelt := _spelt(own, quantity_name)) and getattr(own, quantity_name) > 0.0
-            if getattr(own, action)
-        ]
-        yield a.finding(
-            SECOND_BATTERY,
-            f"battery monitor {monitor}: "
-            + (f"acts by {', '.join(watched)}" if watched else "no threshold of it acts"),
-        )
-        if _is_pack(pack, values.get(f"{monitor}_CAPACITY")):
-            yield from _first_reported(a, list(ardupilot_events(profile, own, monitor)))
-            if is_checked(a, BATTERY):
-                yield from _not_armed_with(a, profile, own, monitor)
-            continue
-        needs = f"what it feeds; {monitor}_CAPACITY is not that of the battery that flies"
-        if watched:
-            yield NotEvaluated(
-                rule=FAILSAFE_BEFORE_END, asked_by=f"{watched[0]} of a further battery", needs=needs
-            )
-        if is_checked(a, BATTERY):
-            yield from _never_armed_with(a, own, monitor)
-            if own.arm_battery_min_v > 0.0:
-                yield NotEvaluated(
-                    rule=ARMING_REFUSED,
-                    asked_by=f"{monitor}_ARM_VOLT of a further battery",
-                    needs=needs,
-                )
-
-
-def _of_monitor(
-    parameters: ArduPilotParameters, monitor: str, values: Mapping[str, float]
-) -> ArduPilotParameters:
-    """Return the parameters with those of another monitor in the place of the first's."""
-    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-    from planner.vehicle.parameters.table import Origin
-
-    given: dict[str, float] = {}
-    origins = dict(parameters.origins)
-    for name, row in parameter_table(ArduPilotParameters).items():
-        if not row.now.name.startswith("BATT_"):
-            continue
-        spelt = row.now.name.replace("BATT", monitor, 1)
-        value = values.get(spelt)
-        given[name] = row.default_si if value is None else row.now.si(value)
-        origins[name] = Origin(
-            kind=OriginKind.DEFAULT if value is None else OriginKind.FILE, name=spelt
-        )
-    return replace(parameters, **given, origins=origins)
-
-
-@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, ARMING_REFUSED, needs=(PACK, PX4))
-def _further_batteries(
-    a: Assessment, pack: Battery, parameters: Px4Parameters
-) -> Iterator[Finding | NotEvaluated]:
-    values = numbers(a)
-    for name in ("BAT2", "BAT3"):
-        if values.get(f"{name}_SOURCE", -1.0) < 0.0:
-            continue
-        yield a.finding(
-            SECOND_BATTERY, f"{name}_SOURCE is {values[f'{name}_SOURCE']:g}: {name} counts too"
-        )
-        if not _is_pack(pack, values.get(f"{name}_CAPACITY")):
-            if parameters.battery_action in PX4_BATTERY_ACTIONS:
-                yield NotEvaluated(
-                    rule=FAILSAFE_BEFORE_END,
-                    asked_by=f"COM_LOW_BAT_ACT of {parameters.battery_action} by a further battery",
-                    needs=f"what it feeds; {name}_CAPACITY is not that of the battery that flies",
-                )
-            continue
-        own = replace(
-            parameters,
-            battery_source=0,
-            battery_capacity_ah=values[f"{name}_CAPACITY"] / 1000.0,
-            battery_cells=int(values.get(f"{name}_N_CELLS", 0.0)),
-            battery_empty_cell_v=values.get(f"{name}_V_EMPTY", 3.6),
-            battery_full_cell_v=values.get(f"{name}_V_CHARGED", 4.05),
-            battery_cell_resistance_ohm=values.get(f"{name}_R_INTERNAL", -1.0),
-        )
-        profile = _profile(a)
-        if parameters.battery_action in PX4_BATTERY_ACTIONS:
-            yield from _first_reported(a, list(px4_events(a.returns, profile, pack, own)))
-        yield from _not_armed_by_px4(a, profile, pack, own, name)
-        yield from _unwatched_by_px4(a, profile, pack, own, name)
-
-
-def _is_pack(pack: Battery, capacity_mah: float | None) -> bool:
-    """Return whether a monitor counts the charge of the battery that flies."""
-    full_ah = pack.charge_ah
-    if capacity_mah is None or not full_ah:
-        return False
-    return abs(capacity_mah / 1000.0 / full_ah - 1.0) <= _SAME_PACK
-
-
-RALLY_UNREACHABLE = Rule(
-    "E106 rally-unreachable",
-    Severity.WARNING,
-    summary="A rally point is useless: never chosen, or not reachable above the reserve.",
-    why="A rally point is drawn as the place of safety; a vehicle that never goes there, or cannot, "
-    "needs the return home after all (ArduPilot #4701: rally in range of the whole path, #30575).",
-    how="From wherever returns are judged, or 200 of these points: a warning where the energy left above "
-    "the reserve does not reach the rally point from any of them; a note where the vehicle's own rules "
-    "(RTL_TYPE; RALLY_LIMIT_KM, RALLY_INCL_HOME) never choose it.",
-    fix="move the rally point to where the mission is far from home, or remove it",
-)
-
-
-@judges(RALLY_UNREACHABLE, needs=(BUDGET,))
-def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
-    rally, returns = a.mission.rally, a.returns
-    if not rally:
-        return
-    sample = returns.sample
-    if sample is None or not len(sample.points.segment):
-        return
-    points, chosen = sample.points, np.unique(sample.destination)
-    rows = thinned(np.arange(len(points.segment)), _MOST_RALLY_PLACES)
-    above_wh = (budget.above_reserve_wh - points.used_wh - points.stop_wh)[rows]
-    never: list[int] = []
-    out_of_reach: list[int] = []
-    missed_by_wh: list[float] = []
-    for number in range(1, len(rally) + 1):
-        _, way_wh = returns.fly(points.stop_m[rows], points.stage[rows], number)
-        short_wh = float((way_wh - above_wh).min())
-        if short_wh > 0.0:
-            out_of_reach.append(number)
-            missed_by_wh.append(short_wh)
-        elif number not in chosen:
-            never.append(number)
-    short = quantity.energy(missed_by_wh[0]) if missed_by_wh else ""
-    for points_found, why, severity in (
-        (
-            out_of_reach,
-            f"cannot be reached above the reserve from any item ({short} short)",
-            Severity.WARNING,
-        ),
-        (never, "is never chosen: returns lead home or to another rally point", Severity.INFO),
-    ):
-        if points_found:
-            rest = f" (and {len(points_found) - 1} more)" if len(points_found) > 1 else ""
-            yield a.finding(
-                RALLY_UNREACHABLE,
-                f"rally point {points_found[0]} {why}{rest}",
-                severity=severity,
-                place=rally[points_found[0] - 1].place,
-            )
-
-
-HELD_AREAS_UNKNOWN = Rule(
-    "F114 held-areas-unknown",
-    Severity.ERROR,
-    summary="The vehicle holds a fence or rally points that the mission's file does not.",
-    why="A text file replaces the mission and nothing else: the fence and the rally points that were there "
-    "before stay, stop the flight in the air or lead its returns elsewhere, and nobody has looked at them.",
-    how="ArduPilot and a file in QGC WPL, which holds neither: FENCE_TOTAL above 0, or no fence selected but "
-    "areas (FENCE_TYPE 4), where the fence is on for areas and acts (FENCE_ENABLE, FENCE_AUTOENABLE or "
-    "DO_FENCE_ENABLE, FENCE_TYPE bit 4, FENCE_ACTION); RALLY_TOTAL above 0.",
-    fix="check a plan that holds them, such as mavjoule fetch writes",
-    instead="a plan that holds them",
-    leaves_open=True,
-)
-
-
-@judges(HELD_AREAS_UNKNOWN, needs=(ARDUPILOT,))
-def _held_areas_unknown(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    if a.mission.file_format is not MissionFormat.WPL:
-        return
-    values = numbers(a)
-    points = values.get("FENCE_TOTAL", float(parameters.fence_type == AREAS))
-    is_on = fence_is_on(parameters) or a.route.fence_switched_on is not None
-    acts = bool(parameters.fence_type & AREAS and parameters.fence_action)
-    if points > 0.0 and is_on and acts and not a.mission.fence:
-        yield a.finding(
-            HELD_AREAS_UNKNOWN,
-            "the fence areas on the vehicle (FENCE_TOTAL, FENCE_TYPE) are not in this file: the flight is "
-            "not checked against them",
-        )
-    if values.get("RALLY_TOTAL", 0.0) > 0.0 and not a.mission.rally:
-        yield a.finding(
-            HELD_AREAS_UNKNOWN,
-            "the rally points on the vehicle (RALLY_TOTAL) are not in this file: where its returns lead is "
-            "unknown",
-        )

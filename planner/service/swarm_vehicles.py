@@ -19,7 +19,7 @@ from planner.rules.battery import (
     BATTERY_VOLTAGE_DIFFERS,
     DISCHARGE_RATE_HIGH,
 )
-from planner.rules.failsafe import ARMING_REFUSED
+from planner.rules.battery_arming import ARMING_REFUSED
 from planner.rules.lift import ABOVE_CEILING, HOVER_THROTTLE_HIGH, LIFT_UNKNOWN
 from planner.rules.model import MODEL_OUTSIDE_ENVELOPE, NO_VEHICLE
 from planner.rules.wind import NO_HEADWAY, WIND_BEYOND_MODEL, WIND_LIMIT
