@@ -215,7 +215,7 @@ def _climb_w(a: Assessment, climb_m_s: float) -> float:
 
 def _searched_too_high(a: Assessment, from_m: float, top_m: float) -> Iterator[NotEvaluated]:
     """Yield the limits of height that a search for a target climbs beyond."""
-    from planner.rules.fence import FENCE_HEIGHT
+    from planner.rules.fence_height import FENCE_HEIGHT
     from planner.rules.fence_settings import limits_in_use
     from planner.rules.site import TOO_HIGH_FOR_SITE
 

@@ -48,6 +48,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "altitude": (),
     "left_open": (),
     "fence": (FENCE,),
+    "fence_height": (FENCE,),
     "px4_fence": (FENCE,),
     "drawn_areas": (DRAWN,),
     "feasibility": (TARGET,),
