@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from planner.physics.modes import MAX_ORDER
-from planner.physics.response import TransferFunction
+from planner.physics.response import MAX_ORDER, TransferFunction
 
 
 @st.composite

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, ComplexArray, FloatArray
     from planner.logs.record import FlightRecord
-    from planner.physics.modes import Modes
+    from planner.physics.response import Modes
 
 
 _COLUMNS = ("time_s", "reference", "answer")

@@ -26,8 +26,7 @@ from planner import quantity
 from planner.errors import IdentificationError
 from planner.identify.manoeuvres import simulated_answers
 from planner.identify.uncertainty import Estimate, Noise, fit_noise, least_squares_covariance
-from planner.physics.modes import make_modes
-from planner.physics.response import TransferFunction
+from planner.physics.response import TransferFunction, make_modes
 from planner.values import Value
 
 if TYPE_CHECKING:

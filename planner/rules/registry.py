@@ -55,7 +55,6 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "payload_place": (ARDUPILOT_TARGET,),
     "failsafe": (PARAMETERS, BUDGET),
     "battery_arming": (PARAMETERS, BUDGET),
-    "further_batteries": (PARAMETERS, BUDGET),
     "rally": (PARAMETERS,),
     "arming": (PARAMETERS,),
     "control": (PARAMETERS,),

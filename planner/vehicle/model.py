@@ -9,8 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.physics.modes import MAX_ORDER
-from planner.physics.response import StepResponse, TransferFunction
+from planner.physics.response import MAX_ORDER, StepResponse, TransferFunction
 from planner.units import GRAVITY_M_S2
 from planner.values import brief
 from planner.vehicle.battery import Battery

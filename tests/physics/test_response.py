@@ -13,8 +13,14 @@ from hypothesis import strategies as st
 from random_systems import denominator, poles, systems
 from series_oracle import impulse_integral
 
-from planner.physics.modes import make_modes
-from planner.physics.response import Edge, Extremum, ShapedResponse, StepResponse, TransferFunction
+from planner.physics.response import (
+    Edge,
+    Extremum,
+    ShapedResponse,
+    StepResponse,
+    TransferFunction,
+    make_modes,
+)
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
