@@ -84,7 +84,7 @@ class TrackingLag(Value):
 
         Ahead, below 0 behind; beside; and past their heights.
         """
-        parts, last = _Parts.of(ordered, moves), _last_flown(ordered, moves)
+        parts, last = _Parts.of(ordered, moves, axes=3), _last_flown(ordered, moves)
         rows = np.maximum(last, 0)
         _, displaced = self._followed(parts, ordered, moves, _ROUNDS_AHEAD)
         off, velocity = displaced[:, rows], parts.level_m_s[:, -1, rows]
@@ -119,7 +119,8 @@ class TrackingLag(Value):
     def followed(self, ordered: Ordered, moves: Moves) -> Ordered:
         """Return the pieces as the vehicle flies them, in the time the trajectory waits for it."""
         ordered = ordered.divided(self._settling_s * _DIVISIONS)
-        scale, off_m = self._followed(_Parts.of(ordered, moves), ordered, moves, _ROUNDS)
+        parts = _Parts.of(ordered, moves, axes=2)
+        scale, off_m = self._followed(parts, ordered, moves, _ROUNDS)
         slowed = ordered.slowed(scale)
         is_first = np.diff(_flights(ordered, moves), prepend=-1) > 0
         return slowed.displaced(_between_ends(off_m, slowed, is_first))
@@ -257,7 +258,7 @@ class _Parts(Value, eq=False):
     """p pieces cut into parts, of which each is a row: over it the velocity counts as constant."""
 
     velocity_m_s: FloatArray
-    """East, north and up where parts begin and end. (3, _PARTS + 1, p)"""
+    """East and north, and up where heights are asked for, where parts begin and end. (axes, _PARTS + 1, p)"""
     time_s: FloatArray
     """Duration of a part of each piece. (p,) [s]"""
     first: IntArray
@@ -269,10 +270,10 @@ class _Parts(Value, eq=False):
         return self.velocity_m_s[:2]
 
     @classmethod
-    def of(cls, ordered: Ordered, moves: Moves) -> _Parts:
+    def of(cls, ordered: Ordered, moves: Moves, *, axes: int) -> _Parts:
         """Return the parts of pieces in flown order."""
         return cls(
-            velocity_m_s=ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1)),
+            velocity_m_s=ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1), axes),
             time_s=ordered.duration_s / _PARTS,
             first=np.flatnonzero(np.diff(_flights(ordered, moves), prepend=-1)),
         )
@@ -295,7 +296,7 @@ def _flights(ordered: Ordered, moves: Moves) -> IntArray:
 
 
 def _between_ends(off_m: FloatArray, ordered: Ordered, is_first: BoolArray) -> FloatArray:
-    """Return cubics of time through what pieces end with, of which none passes its ends. (p, 3, 4)
+    """Return cubics of time through what pieces end with, of which none passes its ends. (4, 2, p)
 
     Flights of their own begin with none.  The slope where two pieces meet is the harmonic mean of theirs, as
     the longer counts more (Fritsch and Butland 1984); on the ground nothing moves.
@@ -311,16 +312,11 @@ def _between_ends(off_m: FloatArray, ordered: Ordered, is_first: BoolArray) -> F
     short, long = time[:-1] + 2.0 * time[1:], 2.0 * time[:-1] + time[1:]
     same = (before * after > 0.0) & ~is_first[1:]
     ones = np.where(same, before, 1.0), np.where(same, after, 1.0)
-    slope = np.where(same, (short + long) / (short / ones[0] + long / ones[1]), 0.0)
-    none = np.zeros((2, 1))
-    first = np.concatenate((none, slope), axis=1)
-    last = np.concatenate((slope, none), axis=1)
-    cubics = np.zeros((len(time), 3, 4))
-    cubics[:, :2, 0] = begin.T
-    cubics[:, :2, 1] = first.T
-    cubics[:, :2, 2] = ((3.0 * mean - 2.0 * first - last) / time).T
-    cubics[:, :2, 3] = ((first + last - 2.0 * mean) / time**2).T
-    return cubics
+    slopes = np.zeros((2, len(time) + 1))
+    slopes[:, 1:-1] = np.where(same, (short + long) / (short / ones[0] + long / ones[1]), 0.0)
+    first, last = slopes[:, :-1], slopes[:, 1:]
+    bend, jerk = (3.0 * mean - 2.0 * first - last) / time, (first + last - 2.0 * mean) / time**2
+    return np.stack((begin, first, bend, jerk))
 
 
 def _dot(one: FloatArray, other: FloatArray) -> FloatArray:

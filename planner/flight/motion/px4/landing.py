@@ -320,18 +320,19 @@ def creeps(legs: Px4Legs) -> tuple[IntArray, FloatArray]:
     return rows[leads], half_b[leads]
 
 
-def settlings(legs: Px4Legs) -> Curves:
-    """Return how vehicles in motion settle on the targets near by.
+def settlings(legs: Px4Legs, rows: IntArray) -> Curves:
+    """Return how vehicles in motion settle, in some moves, on the targets near by.
 
     They take the time to stop and turn back, and for twice the way at the speed allowed at its
     beginning; but no longer than a cubic that does not pass the target, if they can stop in that.
     """
     parameters = legs.parameters
-    (begin, velocity), target = arrivals(legs), legs.planned.target_m
+    begin, velocity = (of_each[rows] for of_each in arrivals(legs))
+    target, speed = legs.planned.target_m[rows], legs.planned.speed_m_s[rows]
     way = lengths(target - begin)
     toward = quotient(dot(velocity, target - begin), way)
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
-    allowed = np.minimum(allowed_speed_m_s(way, 0.0, a, j), legs.planned.speed_m_s)
+    allowed = np.minimum(allowed_speed_m_s(way, 0.0, a, j), speed)
     vertical_m_s, _ = vertical_limits(target[:, 2] > begin[:, 2], parameters)
     stop_s = lengths(velocity) / a + a / j
     straight_s = np.maximum(quotient(3.0 * way, toward, np.inf, above=STILL_M), stop_s)
@@ -363,7 +364,7 @@ def ends_of_moves(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
         velocity[rows] = direction * left[:, None]
     rows = np.flatnonzero(settles)
     if len(rows):
-        curves, hold = settlings(legs.select(rows)), part.hold_s[rows]
+        curves, hold = settlings(legs, rows), part.hold_s[rows]
         settle_s = curves.duration_s.sum(axis=1)
         over = (hold >= settle_s)[:, None]
         place, left_m_s = curves.state_at(np.minimum(hold, settle_s))

@@ -204,7 +204,7 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
     if not len(move):
         return
     hold_s, target = planned.hold_s[move], planned.target_m[move]
-    curves = settlings(flown.select(move))
+    curves = settlings(flown, move)
     pieces.add_curves(Places(move, _HOLD, HOLD, hold_s), curves)
     rest_s = hold_s - curves.duration_s.sum(axis=1)
     pieces.add_lines(Places(move, _REST, HOLD, rest_s), target)

@@ -201,8 +201,8 @@ class Ordered(Value, eq=False):
     noise_delay_s: float
     """How much longer all of it takes for the noise of the position. [s]"""
 
-    def velocities_m_s(self, fractions: FloatArray, axes: int = 3) -> FloatArray:
-        """Return east, north and upward velocities at fractions of the time of each piece. (axes, k, p)"""
+    def velocities_m_s(self, fractions: FloatArray, axes: int) -> FloatArray:
+        """Return velocities on the first axes at fractions of the time of each piece. (axes, k, p)"""
         time_s = self.offset_s + fractions[:, None] * self.duration_s
         return self.law.velocities_m_s(time_s, axes)
 
@@ -226,15 +226,15 @@ class Ordered(Value, eq=False):
             piece_slot=self.piece_slot[piece],
         )
 
-    def displaced(self, coefficients: FloatArray) -> Ordered:
-        """Return the pieces flown beside themselves by cubics of their time. (p, 3, 4)"""
+    def displaced(self, powers: FloatArray) -> Ordered:
+        """Return the pieces flown beside themselves, east and north, by powers of their time. (4, 2, p)"""
         # Counted from where the law's own time begins: c(t − t₀).
-        c0, c1, c2, c3 = np.moveaxis(coefficients, -1, 0)
-        t = -self.offset_s[:, None]
-        shifted = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
-        coefficients = np.stack((*shifted, c2 + 3.0 * t * c3, c3), axis=-1)
-        law = replace(self.law, coefficients=self.law.coefficients + coefficients)
-        return replace(self, law=law)
+        (c0, c1, c2, c3), t = powers, -self.offset_s
+        shifted = c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3)
+        coefficients = self.law.coefficients.copy()
+        for power, beside in enumerate((*shifted, c2 + 3.0 * t * c3, c3)):
+            coefficients[:, :2, power] += beside.T
+        return replace(self, law=replace(self.law, coefficients=coefficients))
 
     def slowed(self, scale: FloatArray) -> Ordered:
         """Return the pieces flown in more time, each at its share of the speed. (p,)"""
@@ -289,7 +289,10 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
     counts = [len(own.duration_s) for own in places]
     columns = []
     for given in zip(*places, strict=True):
-        every = [np.broadcast_to(one, count) for one, count in zip(given, counts, strict=True)]
+        every = [
+            one if isinstance(one, np.ndarray) else np.full(count, one)
+            for one, count in zip(given, counts, strict=True)
+        ]
         columns.append(np.concatenate(every))
     move, order, slot, planned_s, time_scale, grounded = columns
     flown = np.flatnonzero(planned_s > _SHORTEST_S)

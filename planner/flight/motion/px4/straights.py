@@ -21,7 +21,7 @@ from planner.flight.motion.px4.braking import (
 )
 from planner.flight.motion.px4.landing import takeoff_acceleration_m_s2
 from planner.flight.motion.px4.moves import directions
-from planner.values import field_names, replace
+from planner.values import field_names, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -103,7 +103,9 @@ class AxisLaws(Columns, eq=False):
 
     def select(self, rows: IntArray | BoolArray) -> Self:
         """Return the laws of some straights."""
-        return type(self)(**{name: getattr(self, name)[:, rows] for name in field_names(self)})
+        return type(self)(
+            **{name: one.take(rows, axis=1) for name, one in field_values(self).items()}
+        )
 
     def put(self, rows: IntArray | BoolArray, values: Self) -> None:
         """Overwrite the laws of some straights, in place."""
@@ -416,11 +418,10 @@ def _onsets(
         time, some = whole.copy(), (laws.select(early), tuple(one[early] for one in falling))
         time[early] = root(lambda t: _shortfall_m_s(t, *some), 1e-3 * whole[early], whole[early])
     ends = _fallen_m(time, peak, j) > begins - tail
-    at_end = np.flatnonzero(ends)
-    if len(at_end):
-        left, of_some = (begins - tail)[at_end], (peak[at_end], j[at_end])
-        time = time.copy()
-        time[at_end] = root(lambda t: _fallen_m(t, *of_some) - left, 0.0 * left, time[at_end])
+    # Where t (v − j t²/6) is the way left, by the sine of an angle thrice as large.
+    last_s = np.sqrt(2.0 * peak / j)
+    share = quotient(1.5 * (begins - tail), peak * last_s)
+    time = np.where(ends, 2.0 * last_s * np.sin(np.arcsin(np.clip(share, 0.0, 1.0)) / 3.0), time)
     now = peak - 0.5 * j * time**2
     here = begins - _fallen_m(time, peak, j)
     # At the deceleration there is by now until the last of the laws allows the speed.
