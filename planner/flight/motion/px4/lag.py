@@ -304,7 +304,7 @@ def _between_ends(off_m: FloatArray, ordered: Ordered, is_first: BoolArray) -> F
     moving = ~ordered.is_grounded
     end = np.where(moving, off_m, 0.0)
     set_down = np.maximum.accumulate(np.where(moving | is_first, np.arange(len(moving)), 0))
-    end = end[:, set_down]
+    end = end.take(set_down, axis=1)
     begin = np.where(is_first, 0.0, np.concatenate((end[:, :1], end[:, :-1]), axis=1))
     time = ordered.duration_s
     mean = np.where(moving, (end - begin) / time, 0.0)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
 
 _ROUNDS = 2
-_UP = 2
-"""The axis of the height; the others are level."""
+_ALL, _UP = range(3), 2
+"""The axes, and that of the height; the others are level."""
 _VANISHING = -690.0
 """Where ω is below 1e-299, which is nothing."""
 
@@ -58,9 +58,9 @@ class Brakes(Columns, eq=False):
     """Seconds of the law per second of flight: PX4 slows time down. (rows,) [-]"""
 
     def added(
-        self, row: IntArray, time_s: FloatArray, axes: int = 3
+        self, row: IntArray, time_s: FloatArray, axes: range
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-        """Yield the first axes, and what is added to places and velocities on them at times.
+        """Yield axes, and what is added to places and velocities on them at times.
 
         t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
         t a/(b/2), with Wright's ω.
@@ -70,7 +70,7 @@ class Brakes(Columns, eq=False):
         speed = half_b * wright_omega(start + np.log(start) - time_s * rate * a / half_b)
         left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
         speed *= rate
-        for axis in range(axes):
+        for axis in axes:
             along = self.direction[:, axis][row]
             yield axis, -along * left, along * speed
 
@@ -90,15 +90,16 @@ class Settlings(Columns, eq=False):
     height_per_s: FloatArray
 
     def added(
-        self, row: IntArray, time_s: FloatArray, axes: int = 3
+        self, row: IntArray, time_s: FloatArray, axes: range
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-        """Yield the first axes, and what is added to places and velocities on them at times."""
-        rates = [-self.level_per_s[:, one][row] for one in range(2)]
-        fading = [np.exp(rate * time_s) for rate in rates]
-        for axis in range(min(axes, _UP)):
-            off, other = (self.level_m[:, axis, one][row] * fading[one] for one in range(2))
-            yield axis, off + other, rates[0] * off + rates[1] * other
-        if axes > _UP:
+        """Yield axes, and what is added to places and velocities on them at times."""
+        if axes.start < _UP:
+            rates = [-self.level_per_s[:, one][row] for one in range(2)]
+            fading = [np.exp(rate * time_s) for rate in rates]
+            for axis in axes[:_UP]:
+                off, other = (self.level_m[:, axis, one][row] * fading[one] for one in range(2))
+                yield axis, off + other, rates[0] * off + rates[1] * other
+        if axes.stop > _UP:
             rate = -self.height_per_s[row]
             off = self.height_m[row] * np.exp(rate * time_s)
             yield _UP, off, rate * off
@@ -181,10 +182,21 @@ class Px4Law(Columns, eq=False):
             chosen = np.flatnonzero(are[row])
             if len(chosen):
                 own = (np.cumsum(are) - 1)[row[chosen]]
-                for axis, place_m, velocity_m_s in added.added(own, time_s[chosen]):
+                for axis, place_m, velocity_m_s in added.added(own, time_s[chosen], _ALL):
                     places[axis][chosen] += place_m
                     velocities[axis][chosen] += velocity_m_s
         return state
+
+    def climbs_m(self, duration_s: FloatArray) -> FloatArray:
+        """Return the climbs of rows from the beginning of their time on. (rows,) [m]"""
+        _, c1, c2, c3 = self.coefficients[:, _UP].T
+        climb = duration_s * (c1 + duration_s * (c2 + duration_s * c3))
+        for are, added in self._additions():
+            own = np.arange(np.count_nonzero(are))
+            ends = duration_s[are] * np.array([[0.0], [1.0]])
+            [(_, height_m, _)] = added.added(own, ends, _ALL[_UP:])
+            climb[are] += height_m[1] - height_m[0]
+        return np.asarray(climb)
 
     def velocities_m_s(self, time_s: FloatArray, axes: int) -> FloatArray:
         """Return east, north and upward velocities at times of each row, (k, rows). (axes, k, rows)"""
@@ -196,7 +208,7 @@ class Px4Law(Columns, eq=False):
         velocity += c1
         for are, added in self._additions():
             rows = np.flatnonzero(are)
-            own = added.added(np.arange(len(rows)), time_s.take(rows, axis=1), axes)
+            own = added.added(np.arange(len(rows)), time_s.take(rows, axis=1), range(axes))
             for axis, _, velocity_m_s in own:
                 velocity[axis][:, rows] += velocity_m_s
         return velocity
@@ -213,12 +225,13 @@ class Px4Law(Columns, eq=False):
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own: seconds of it per second of flight. (rows,)"""
-        powers = np.ones((len(factor), 1, 4))
+        coefficients, power_of = self.coefficients.copy(), factor
         for power in range(1, 4):
-            powers[:, 0, power] = powers[:, 0, power - 1] * factor
+            coefficients[..., power] *= power_of[:, None]
+            power_of = power_of * factor
         return replace(
             self,
-            coefficients=self.coefficients * powers,
+            coefficients=coefficients,
             brakes=self.brakes.slowed(factor[self.kind == _BRAKE]),
             settlings=self.settlings.slowed(factor[self.kind == _SETTLING]),
         )

@@ -15,7 +15,6 @@ from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.kinematics import KinematicState
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -233,7 +232,8 @@ class Ordered(Value, eq=False):
         shifted = c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3)
         coefficients = self.law.coefficients.copy()
         for power, beside in enumerate((*shifted, c2 + 3.0 * t * c3, c3)):
-            coefficients[:, :2, power] += beside.T
+            for axis, own in enumerate(beside):
+                coefficients[:, axis, power] += own
         return replace(self, law=replace(self.law, coefficients=coefficients))
 
     def slowed(self, scale: FloatArray) -> Ordered:
@@ -256,27 +256,14 @@ class Ordered(Value, eq=False):
             mean_m_s = _LENGTH_WEIGHTS @ np.sqrt(east * east + north * north)
             return np.asarray(mean_m_s * self.duration_s)
         time = self.duration_s[:, None]
-        ends = self._ends(np.arange(len(time)))
+        time_s = self.offset_s[:, None] + time * (0.0, 1.0)
+        ends = self.law.state_at(np.arange(len(time))[:, None], time_s)
         chord = np.column_stack((np.diff(ends.east_m), np.diff(ends.north_m)))
         thirds = np.stack((ends.east_m_s, ends.north_m_s), axis=-1) * (time / 3.0)[:, None]
         first, last = thirds[:, 0], thirds[:, 1]
         straight = horizontal(chord)
         polygon = horizontal(first) + horizontal(last) + horizontal(chord - first - last)
         return np.where(self.law.is_cubic, 0.5 * (polygon + straight), straight)
-
-    def climbs_m(self) -> FloatArray:
-        """Return climbs, of pieces that begin with the time of their law. (p,) [m]"""
-        _, c1, c2, c3 = self.law.coefficients[:, 2].T
-        t = self.duration_s
-        climb = t * (c1 + t * (c2 + t * c3))
-        others = np.flatnonzero(~self.law.is_cubic)
-        climb[others] = np.diff(self._ends(others).height_m)[:, 0]
-        return np.asarray(climb)
-
-    def _ends(self, rows: IntArray) -> KinematicState:
-        """Return the states some pieces begin and end with. (n, 2)"""
-        time_s = self.offset_s[rows, None] + self.duration_s[rows, None] * (0.0, 1.0)
-        return self.law.state_at(rows[:, None], time_s)
 
     def summed(self, of_pieces: FloatArray) -> FloatArray:
         """Return sums by segment. (n,)"""

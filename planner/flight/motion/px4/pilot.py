@@ -221,7 +221,8 @@ class Px4Pilot(Value):
             moves = _reached_by(lag, moves, time_scale)
         legs = fly_legs(moves)
         ordered = in_flown_order(_pieces(moves, legs, time_scale, lands=moves.is_landing))
-        climb_m = ordered.summed(ordered.climbs_m())  # which a lag leaves as they are
+        # A lag leaves climbs as they are.
+        climb_m = ordered.summed(ordered.law.climbs_m(ordered.duration_s))
         if lag is not None:
             ordered = lag.followed(ordered, moves)
         # PX4 reports an item after its hold.
