@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from planner import quantity
-from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.mission.commands import Command
 from planner.mission.route.route import OTHER_VEHICLE
-from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.rules.arming_checks import (
     ALWAYS,
@@ -24,24 +19,20 @@ from planner.rules.arming_checks import (
 )
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PX4, judges
-from planner.rules.declaration import PARAMETERS as PARAMETERS_IN_USE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
-    from planner.vehicle.parameters.resolve import FlightParameters
 
 _ALL = 1
 _ARMS_IN_AUTO = 1
 """Bit of AUTO_OPTIONS: arms in AUTO, in which the mission has begun by then."""
 _HERE_M = 1.0
 """A home so near to where the vehicle stands is there. [m]"""
-_WITHOUT_THROTTLE = 2
-"""Bit of AUTO_OPTIONS: takes off without a raised throttle."""
 _FLIES_BLIND = (4, 7)
 """The version from which on ArduPilot arms without a source of the height; tried in its simulation.  Its
 estimator takes the height for constant then (``NavEKF3_core::selectHeightForFusion``)."""
@@ -175,85 +166,6 @@ def _homes_set_before_arming(a: Assessment, _parameters: ArduPilotParameters) ->
                 item=home.item,
                 fix="put DO_SET_HOME behind the take-off",
             )
-
-
-DISARMS_ON_THE_GROUND = Rule(
-    "T121 disarms-on-the-ground",
-    Severity.ERROR,
-    summary="The vehicle disarms while it waits on the ground, and does not take off again.",
-    why="It stands where it landed, away from home and with the mission broken off: tried in ArduPilot's "
-    "simulation, 'Disarming motors' 10 s after the landing.",
-    how="ArduPilot: NAV_DELAY of DISARM_DELAY (10 s) or more, or until a time of day, before a take-off, "
-    "first or after a landing (Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a "
-    "raised throttle, a "
-    "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY before the first take-off, "
-    "COM_SPOOLUP_TIME and MPC_TKO_RAMP_T, after which it lifts off, of COM_DISARM_PRFLT (10 s) or more.  "
-    "Not where the delay of disarming is 0, on PX4 0 or less.",
-    fix="wait less, or set the delay of disarming longer than the wait",
-    instead="the parameters of --params",
-)
-
-
-@judges(DISARMS_ON_THE_GROUND, needs=(PARAMETERS_IN_USE,))
-def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iterator[Finding]:
-    values, is_px4 = numbers(a), PX4.of(a) is not None
-    name = "COM_DISARM_PRFLT" if is_px4 else "DISARM_DELAY"
-    after_s = values.get(name, 10.0)
-    waits = [_wait_before_takeoff(a)]
-    if not is_px4:
-        waits += [
-            (stage.hold_s + _wait_for_the_clock_s(a, range(stage.item + 1, then.item)), stage.item)
-            for row in a.route.rows_of(StageKind.LAND, StageKind.RETURN)
-            for stage, then in pairwise(a.route.stages[row : row + 2])
-        ]
-    else:  # it counts from arming until it has lifted off
-        own = PX4.of(a)
-        assert own is not None
-        waits = [(waits[0][0] + own.spool_up_s + own.takeoff_ramp_s, waits[0][1])]
-    longest_s, item = max(waits)
-    if not 0.0 < after_s <= longest_s:
-        return
-    is_certain = is_px4 or bool(int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE)
-    lasts = quantity.duration(longest_s) if longest_s < math.inf else "until a time of day"
-    stick = "" if is_certain else ", unless the throttle stick is held above zero"
-    yield a.finding(
-        DISARMS_ON_THE_GROUND,
-        f"waits {lasts} on the ground: the vehicle disarms after "
-        f"{quantity.duration(after_s)} ({name}) and does not take off{stick}",
-        item=item,
-        severity=None if is_certain else Severity.WARNING,
-    )
-
-
-def _wait_before_takeoff(a: Assessment) -> tuple[float, int]:
-    """Return the time of the delays before the first stage, and the last of their items."""
-    first, wait_s, last = a.route.stages[0].item, 0.0, 1
-    for number in a.route.reached:
-        item = a.mission.items[number - 1]
-        if number == first:
-            break
-        if item.command == Command.NAV_DELAY and (item.param1 or 0.0) > 0.0:
-            wait_s, last = wait_s + (item.param1 or 0.0), number
-        clock_s = _wait_for_the_clock_s(a, [number])
-        if clock_s and a.autopilot is not Autopilot.PX4:
-            wait_s, last = clock_s, number
-    return wait_s, last
-
-
-def _wait_for_the_clock_s(a: Assessment, numbered: Iterable[int]) -> float:
-    """Return the longest that items wait until a time of day: without end, or not at all."""
-    reached = set(a.route.reached)
-    for number in numbered:
-        item = a.mission.items[number - 1]
-        clock = (item.param2, item.param3, item.param4)
-        if (
-            number in reached
-            and item.command == Command.NAV_DELAY
-            and (item.param1 or 0.0) <= 0.0
-            and any(part is not None and part >= 0.0 for part in clock)
-        ):
-            return math.inf
-    return 0.0
 
 
 def is_checked(a: Assessment, check: int | None) -> bool:

@@ -72,10 +72,11 @@ RETURN_BELOW_TERRAIN = Rule(
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
     "--position-error of them.  Where "
-    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance, and the 20 returns over the steepest "
-    "ground, which they may climb too slowly for.  PX4 also by RTL_DESCEND_ALT above a rally "
-    "point that lies below the ground: it goes down to there before it lands.  Not evaluated (X904) where "
-    "--terrain has no ground under a return, and without --terrain where returns follow terrain.",
+    "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance, what stands between the posts it knows the "
+    "ground by (as A102), and the 20 returns over the steepest ground, which they may climb too slowly for.  "
+    "PX4 also by RTL_DESCEND_ALT above a rally point that lies below the ground: it goes down to there "
+    "before it lands.  Not evaluated (X904) where --terrain has no ground under a return, and without "
+    "--terrain where returns follow terrain.",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or fly round it",
     instead="--terrain or --clearance",
 )

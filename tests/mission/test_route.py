@@ -1012,10 +1012,11 @@ def test_a_second_takeoff_behind_a_landing_is_an_error() -> None:
         (ARDUPILOT, (takeoff(20), waypoint(100, 20)), Severity.ERROR),
         (None, (takeoff(20), waypoint(100, 20)), Severity.ERROR),
         (Autopilot.PX4, (takeoff(20), waypoint(100, 20)), Severity.WARNING),  # it does not wait
-        (ARDUPILOT, (), Severity.WARNING),  # on the ground
+        (ARDUPILOT, (), Severity.ERROR),  # on the ground its motors idle
+        (Autopilot.PX4, (), Severity.WARNING),
     ],
 )
-def test_a_wait_in_the_air_until_a_time_of_day_is_no_go(
+def test_a_wait_until_a_time_of_day_is_no_go(
     dialect: Autopilot | None, before: tuple[MissionItem, ...], severity: Severity
 ) -> None:
     wait = item(93, frame=2, params=(-1.0, 14.0, 30.0, 0.0))

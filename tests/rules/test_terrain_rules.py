@@ -22,6 +22,7 @@ from made_missions import (
     mission,
     north,
     rtl,
+    speed,
     takeoff,
     waypoint,
 )
@@ -34,6 +35,7 @@ from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
 from planner.rules.ledger import Outcome
+from planner.rules.terrain_posts import PostedGround
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -492,7 +494,9 @@ def test_a_return_above_terrain_keeps_the_clearance_too(
         (Autopilot.ARDUPILOT, "RTL_ALT,8000\n", 79.0, False),
         (Autopilot.ARDUPILOT, "RTL_ALT,8000\n", 81.0, True),
         (Autopilot.ARDUPILOT, "RTL_ALT,1500\n", 61.0, True),
-        (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\n", 61.0, False),
+        # It is narrower than posts are apart by default.
+        (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\n", 61.0, True),
+        (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\nTERRAIN_SPACING,4\n", 61.0, False),
     ],
 )
 def test_a_ridge_on_the_way_home_is_found(
@@ -753,6 +757,73 @@ def test_a_return_begins_as_high_as_its_leg_follows_the_ground(
         clearance_m=5.0,
     )
     assert bool(of("A104", found)) is fires
+
+
+def over_ridge(height_m: float, ridge_m: float, more: str, *, at_m: float = 250.0) -> list[str]:
+    """Return what is found of a leg that follows the ground over a ridge of two cells, 500 m slowly."""
+    places = (item(16, north(m), height_m, frame=10) for m in (50, 550))
+    made = mission(takeoff(height_m), speed(2.0), *places, rtl())
+    parameters = f"TERRAIN_ENABLE 1\nRTL_ALT 9000\nTERRAIN_OFS_MAX 30\n{more}"
+    found = findings(
+        made, ground(ridge_m, at_m=at_m), Autopilot.ARDUPILOT, parameters, clearance_m=5.0
+    )
+    return [one.message for one in of("A102", found) if "posts" in one.message]
+
+
+@pytest.mark.parametrize(
+    ("height_m", "ridge_m", "more", "said"),
+    [
+        # Posts are 100 m apart from 47° on, where home is: the ridge at 240 to 260 m is between two of them.
+        # By hand: the height it flies at above the plain less that of the ridge.  Flown by a build of
+        # ArduPilot over a hill of 20 m and 90 m there, at 10 m: at the height of the plain, 10 m too low.
+        (10.0, 20.0, "", "10 m below the ground"),
+        (24.9, 20.0, "", "4.9 m above the ground (--clearance 5.0 m)"),
+        (25.1, 20.0, "", ""),
+        (24.9, 20.0, "TERRAIN_SPACING 2\n", ""),
+        (10.0, 20.0, "RNGFND1_TYPE 8\n", ""),  # what it measures it sees
+    ],
+)
+def test_what_is_between_the_posts_of_ardupilots_terrain_is_not_followed(
+    height_m: float, ridge_m: float, more: str, said: str
+) -> None:
+    found = over_ridge(height_m, ridge_m, more)
+    assert len(found) == bool(said)
+    assert said in "".join(found)
+
+
+def test_ground_that_rises_over_more_than_two_posts_is_followed() -> None:
+    """A slope of 4 % is straight between posts: 6 m above it are 6 m."""
+    rows = np.arange(ROWS, dtype=np.float64)[::-1, None]
+    heights = 400.0 + 0.4 * np.repeat(rows, COLUMNS, axis=1)
+    level = ground(0.0).tiles[0]
+    datum_m = float(
+        TerrainGrid(tiles=(replace(level, heights_amsl_m=heights),)).height_amsl_m(47.0, 8.0)
+    )
+    places = (item(16, north(m), 6.0, frame=10) for m in (50, 550))
+    made = replace(
+        mission(takeoff(6.0), speed(2.0), *places, rtl()),
+        home=replace(HOME, altitude_amsl_m=datum_m),
+    )
+    found = findings(
+        made,
+        of_heights(heights, level),
+        Autopilot.ARDUPILOT,
+        "TERRAIN_ENABLE 1\nRTL_ALT 9000\n",
+        clearance_m=5.0,
+    )
+    assert not of("A102", found)
+
+
+@pytest.mark.parametrize(("most_m", "lifted_m"), [(30.0, 8.0), (5.0, 5.0), (0.0, 0.0)])
+def test_ground_that_home_is_above_is_followed_as_far_as_the_offset_allows(
+    most_m: float, lifted_m: float
+) -> None:
+    """Home on a bank of 8 m between posts: all that is followed counts from so much higher."""
+    known = PostedGround(
+        terrain=ground(8.0), home_deg=(north(250), 8.0), spacing_m=100.0, most_offset_m=most_m
+    )
+    plain = known.lowest_amsl_m(np.array([north(450)]), np.array([8.0]))
+    assert plain == pytest.approx([400.0 + lifted_m])
 
 
 @pytest.mark.parametrize(("height_m", "fires"), [(24.1, True), (25.1, False)])

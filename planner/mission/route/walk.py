@@ -130,8 +130,10 @@ WAIT_NOT_COUNTED = Rule(
     Severity.WARNING,
     summary="A wait of unknown length is not counted.",
     why="A wait until a time of day lasts as long as the clock demands (QGroundControl counts -1 s "
-    "for it); a wait on the ground before the take-off costs next to nothing.",
-    how="NAV_DELAY with a time of day (an error in the air), or before the take-off; ArduPilot's "
+    "for it), in the air or with motors that idle.",
+    how="NAV_DELAY with a time of day (an error, but on PX4, which has none), or in seconds before the "
+    "take-off: an error where idling motors, 0.12 of the hover power where the model has none, take more "
+    "than the flight and its returns leave above the reserve; ArduPilot's "
     "return where RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits "
     "for the heading it was armed with).",
     fix="use a delay in seconds, or allow for the wait yourself",
@@ -570,7 +572,7 @@ class MissionState(Position, kw_only=True, eq=False):
                 until = ":".join("--" if p is None or p < 0.0 else f"{p:02.0f}" for p in clock)
                 where = "in the air" if in_air else "on the ground"
                 message = f"waits {where} until {until} UTC: not counted"
-                severity = Severity.ERROR if in_air else None  # a hover of any length
+                severity: Severity | None = Severity.ERROR  # a hover, or idling, of any length
                 if self.dialect is Autopilot.PX4:
                     message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
