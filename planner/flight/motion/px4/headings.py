@@ -60,7 +60,7 @@ def _turn_times_s(
     """
     known = np.isfinite(before_rad) & np.isfinite(after_rad)
     angle = np.where(before_rad == after_rad, 0.0, np.abs(_turn_rad(before_rad, after_rad)))
-    unknown = np.where(about, np.pi, _ANY_TURN_RAD)
+    unknown = np.where(about, np.pi, _ANY_TURN_RAD[:1] if np.all(about) else _ANY_TURN_RAD)
     return yaw_time_s(np.where(known, angle, unknown), parameters)
 
 

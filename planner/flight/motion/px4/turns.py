@@ -73,8 +73,8 @@ def corner_turns(begun: LegStarts) -> Turns:
     )
     if turning.any():
         led, held_m_s, lead_s = _led_in(begun.select(turning))
-        approached, before_s = _approached(led)
-        swung = _swings(approached, held_m_s)
+        approached, frame, before_s = _approached(led)
+        swung = _swings(approached, frame, held_m_s)
         duration_s = np.maximum(swung.duration_s + before_s - lead_s, 0.0)
         turns.put(turning, replace(swung, duration_s=duration_s))
     return turns
@@ -104,8 +104,8 @@ def _led_in(begun: LegStarts) -> tuple[LegStarts, FloatArray, FloatArray]:
     return replace(begun, place_m=place, velocity_m_s=faster), held, lead_s
 
 
-def _approached(begun: LegStarts) -> tuple[LegStarts, FloatArray]:
-    """Return vehicles that all turn where they begin to turn onto their legs, and the times until then.
+def _approached(begun: LegStarts) -> tuple[LegStarts, _LegFrame, FloatArray]:
+    """Return vehicles that all turn where they begin to turn onto their legs, how these lie, and when.
 
     Farther off than l, ``PositionSmoothing::_getL1Point`` has no point of the leg in reach, and the one
     nearest to the vehicle is steered for: straight at the leg, as after a waypoint that counts as reached
@@ -129,14 +129,15 @@ def _approached(begun: LegStarts) -> tuple[LegStarts, FloatArray]:
     # Aligned with the target already, it is flown to straight.
     far = (left > 0.0) & (frame.length_m - x > _ALIGNED_SIN / ALIGNED_COS * (left + l1))
     if not far.any():
-        return begun, np.zeros_like(v)
+        return begun, frame, np.zeros_like(v)
     place, velocity = begun.place_m.copy(), begun.velocity_m_s.copy()
     there = frame.place_m(begun.planned.begins_m, x, -side * l1)
     place[:, :2] = np.where(far[:, None], there, place[:, :2])
     straight = frame.across * (v * side)[:, None]
     velocity[:, :2] = np.where(far[:, None], straight, velocity[:, :2])
     before_s = np.where(far, swing_s + left / v, 0.0)
-    return replace(begun, place_m=place, velocity_m_s=velocity), before_s
+    begun = replace(begun, place_m=place, velocity_m_s=velocity)
+    return begun, _LegFrame.of(begun), before_s
 
 
 class _LegFrame(Value, eq=False):
@@ -182,9 +183,9 @@ class _LegFrame(Value, eq=False):
         return begins_m[:, :2] + self.along * x_m[:, None] + self.across * y_m[:, None]
 
 
-def _swings(begun: LegStarts, held_m_s: FloatArray) -> Turns:
+def _swings(begun: LegStarts, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
     """Return the turns of vehicles that all turn, to the speeds that are held in them."""
-    parameters, frame = begun.parameters, _LegFrame.of(begun)
+    parameters = begun.parameters
     l1, most_m_s2 = np.maximum(begun.planned.radius_m, SHORTEST_L1_M), parameters.acceleration_m_s2
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
     height = begun.planned.target_m[:, 2] - begun.place_m[:, 2]
