@@ -43,8 +43,12 @@ _METRES_PER_DEGREE = 111_318.845
 _EAST_OFF_M = (-15.0, 0.0, 15.0)
 """How far posts may be off to the east: longitudes are scaled at the middle between a whole degree and the
 place, or a block of 2.8 km; ground stations fill blocks by their own geodesy. [m]"""
-_PART_M = 5.0
+_PART_M = 10.0
 """Ground between posts bends where their rows are crossed: lines are judged in parts so long. [m]"""
+_MOST_PARTS = 10_000
+"""But in so many at most: the ground of the grid counts at every bend of it all the same."""
+_ROWS = 2**17
+"""More posts than there are on a degree, 1 m apart."""
 _FIX = "fly higher there, or set TERRAIN_SPACING to the cells of the grid"
 
 
@@ -97,14 +101,25 @@ class PostedGround(Value, eq=False):
         east = (longitude_deg - west) * _east_m(south, latitude_deg) + off_m
         east /= self.spacing_m
         row, column = np.floor(north), np.floor(east)
-        here_m, height_m = self._known_m(latitude_deg, longitude_deg), np.zeros(north.shape)
+        # Most places share their four posts with those beside them.
+        square = ((south + 90.0) * 360.0 + west + 180.0) * _ROWS**2 + row * _ROWS + column
+        _, first, of_place = np.unique(square, return_index=True, return_inverse=True)
+        of_place = of_place.reshape(square.shape)
+        corner_deg = [one.ravel()[first] for one in (south, west)]
+        corner = [one.ravel()[first] for one in (row, column)]
+        height_m = np.zeros(north.shape)
         for up, right in product((0.0, 1.0), repeat=2):
             weight = np.abs(1.0 - up - (north - row)) * np.abs(1.0 - right - (east - column))
-            post_deg = south + (row + up) * self.spacing_m / _METRES_PER_DEGREE
-            post_east_m = (column + right) * self.spacing_m - off_m
-            post_m = self._known_m(post_deg, west + post_east_m / _east_m(south, post_deg))
-            # Beyond the end of the grid a post is as high as the ground here.
-            height_m += weight * np.where(np.isnan(post_m), here_m, post_m)
+            post_deg = corner_deg[0] + (corner[0] + up) * self.spacing_m / _METRES_PER_DEGREE
+            post_east_m = (corner[1] + right) * self.spacing_m - off_m
+            post_m = self._known_m(
+                post_deg, corner_deg[1] + post_east_m / _east_m(corner_deg[0], post_deg)
+            )[of_place]
+            is_known = ~np.isnan(post_m)
+            if not is_known.all():
+                # Beyond the end of the grid a post is as high as the ground here.
+                post_m = np.where(is_known, post_m, self._known_m(latitude_deg, longitude_deg))
+            height_m += weight * post_m
         return height_m
 
 
@@ -128,7 +143,7 @@ def _follows_posts(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
         return
     ground = PostedGround.of(a, terrain)
     lines = _followed_lines(a, ground, rows)
-    lowest = _lowest(a, ground, lines)
+    lowest = _lowest(a, ground, _with_sides(lines, a.setup.position_margin_m))
     if lowest is not None:
         clearance_m, row = lowest
         yield a.finding(
@@ -221,23 +236,26 @@ def _followed_lines(a: Assessment, ground: PostedGround, rows: list[int]) -> Fli
     return FlightLines.joined(found)
 
 
+def _with_sides(lines: FlightLines, beside_m: float) -> FlightLines:
+    """Return lines, and those so far to both sides of them."""
+    from planner.flight.path import FlightLines
+
+    way_m = (lines.end_m - lines.start_m)[:, :2]
+    across = np.column_stack((-way_m[:, 1], way_m[:, 0], np.zeros(len(way_m))))
+    across *= beside_m / np.maximum(np.hypot(*way_m.T), SAME_PLACE_M)[:, None]
+    sides = [
+        replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
+        for side in (across, -across)
+    ]
+    return FlightLines.joined([lines, *sides])
+
+
 def _lowest(a: Assessment, ground: PostedGround, lines: FlightLines) -> tuple[float, int] | None:
     """Return how high lines above the ground that is followed pass over the ground, and the lowest's owner.
 
-    Within --position-error of them too; ``None`` where everything is as high as asked for.
+    ``None`` where everything is as high as asked for.
     """
-    from planner.flight.path import FlightLines
-
-    lines = lines.cut(_PART_M)
-    way_m = (lines.end_m - lines.start_m)[:, :2]
-    across = np.column_stack((-way_m[:, 1], way_m[:, 0], np.zeros(len(way_m))))
-    across *= a.setup.position_margin_m / np.maximum(np.hypot(*way_m.T), SAME_PLACE_M)[:, None]
-    lines = FlightLines.joined(
-        [
-            replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
-            for side in (0.0 * across, across, -across)
-        ]
-    )
+    lines = lines.cut(max(_PART_M, float(lines.length_m.sum()) / _MOST_PARTS))
     ends_m = np.stack((lines.start_m, lines.end_m), axis=1)
     under = ground.terrain.under(
         *a.route.frame.latitude_longitude_deg(ends_m[..., 0], ends_m[..., 1])
