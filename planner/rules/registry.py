@@ -56,6 +56,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "failsafe": (PARAMETERS, BUDGET),
     "battery_arming": (PARAMETERS, BUDGET),
     "rally": (PARAMETERS,),
+    "mission_landing": (PARAMETERS,),
     "arming": (PARAMETERS,),
     "ground_wait": (),
     "control": (PARAMETERS,),

@@ -365,7 +365,11 @@ SETTING_NOT_FOLLOWED = Rule(
     "again, with 2 it stays in the air, an error; MOT_BAT_CURR_MAX is below the current of the flight at its "
     "lowest voltage, or, an error, of a hover: flown with a low MOT_THST_HOVER, it sank to the ground.  An "
     "error where RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps "
-    "they take (MissionBase::getNextPositionItems), and go round without end.",
+    "they take (MissionBase::getNextPositionItems), and go round without end.  With RTL_TYPE 1 or 3 and no "
+    "place of the mission before its NAV_LAND, PX4 1.17 sinks while it flies there from where it has climbed "
+    "to the height of its return (flown: from 30 m at 5 m/s it touches the ground after 129 m): an error "
+    "where the landing is farther away than it flies at MPC_XY_CRUISE while it sinks at MPC_Z_V_AUTO_DN, "
+    "100 m then, nearer a warning, and A104 is not checked (X904).",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
     "yourself",
     instead="the parameters of --params",

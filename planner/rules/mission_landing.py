@@ -1,0 +1,114 @@
+"""Rules on PX4's own returns to the mission's landing (RTL_TYPE 1 and 3), which fly other than predicted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.findings import Severity
+from planner.flight.returns.destination import LANDING, SETTING_NOT_FOLLOWED
+from planner.rules.declaration import PX4, NotEvaluated, judges
+from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.findings import Finding
+    from planner.mission.route.stage import Stage
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_PLACE_BEFORE = "set RTL_TYPE to 0, or put DO_LAND_START and a waypoint before the landing"
+
+
+class _ToLanding(Value, eq=False):
+    """n returns to the mission's landing, as PX4 flies them."""
+
+    stage: IntArray
+    """Of the route, that they begin in. (n,)"""
+    begins_m: FloatArray
+    """Height above home where they begin. (n,) [m]"""
+    climbs_to_m: FloatArray
+    """Height above home below which they climb, to it. (n,) [m]"""
+    way_m: FloatArray
+    """To the landing. (n,) [m]"""
+    lands: Stage
+
+
+def _returns_to_landing(a: Assessment) -> _ToLanding | None:
+    """Return the returns to the mission's landing; ``None`` where there are none.
+
+    PX4 chooses the height of such a return where its type becomes that, not where it begins
+    (``RTL::setRtlTypeAndDestination``): standing at home, or where the landing becomes the nearest place.
+    """
+    landing, sampled = a.returns.destinations.landing, a.returns.sampled
+    if landing is None or sampled is None:
+        return None
+    flown = a.returns.places(*sampled)
+    place_m, stop_m = (np.vstack((np.zeros(3), one)) for one in (flown.place_m, flown.stop_m))
+    stage = np.append(0, flown.stage)
+    leads = a.returns.destinations.chosen(place_m, stage) == LANDING
+    changes = leads & ~np.append(False, leads[:-1])
+    chosen_at = np.maximum.accumulate(np.where(changes, np.arange(len(leads)), 0))
+    leads[0] = False  # it stands at home
+    stage, stop_m, chosen_m = stage[leads], stop_m[leads], place_m[chosen_at][leads]
+    if not len(stage):
+        return None
+    lands = landing.stages[-1]
+    targets = a.returns.destinations.targets(stage, LANDING, chosen_m)
+    return _ToLanding(
+        stage=stage,
+        begins_m=stop_m[:, 2],
+        climbs_to_m=a.returns.pilot.return_heights_m(chosen_m, targets),
+        way_m=np.hypot(lands.east_m - stop_m[:, 0], lands.north_m - stop_m[:, 1]),
+        lands=lands,
+    )
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
+def _sinks_on_its_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding | NotEvaluated]:
+    """Report returns that climb and then sink all the way to the mission's landing.
+
+    ``RtlDirectMissionLand::setActiveMissionItems`` climbs, then takes the landing; the move to above it is
+    left out then (``handleLanding``: only of ``WORK_ITEM_TYPE_DEFAULT``).  Flown with 1.17.
+    """
+    landing = a.returns.destinations.landing
+    found = None if landing is None or len(landing.stages) > 1 else _returns_to_landing(a)
+    if landing is None or found is None:
+        return
+    # What flies at that height may be a little lower.
+    climbs = found.begins_m < found.climbs_to_m + parameters.altitude_acceptance_m
+    sinks = climbs & (found.way_m > parameters.acceptance_radius_m)
+    if not sinks.any():
+        return
+    cruise_m_s = parameters.cruise_speed_m_s
+    speed_m_s = min(landing.speed_m_s or cruise_m_s, cruise_m_s)
+    sinking_m = found.climbs_to_m - found.lands.height_m
+    # It slows down low over the ground: flown 129 m from 30 m up, here 100 m.
+    reach_m = sinking_m * speed_m_s / parameters.descent_speed_m_s
+    worst = int(np.where(sinks, found.way_m - reach_m, -np.inf).argmax())
+    short_m = float(found.way_m[worst] - reach_m[worst])
+    asked, way_m = f"RTL_TYPE {parameters.return_type}", float(found.way_m[worst])
+    if short_m > 0.0:
+        comes_down = f"it touches the ground up to {quantity.distance(short_m)} short of it"
+    else:
+        lower_m = sinking_m[worst] * way_m / reach_m[worst]
+        comes_down = f"up to {quantity.height(float(lower_m))} lower than predicted"
+    yield a.finding(
+        SETTING_NOT_FOLLOWED,
+        f"{asked}: a return from here climbs to {quantity.height(float(found.climbs_to_m[worst]))}, then "
+        f"sinks while it flies to the mission's landing, {quantity.distance(way_m)} away: {comes_down}",
+        item=a.route.stages[int(found.stage[worst])].item,
+        severity=Severity.ERROR if short_m > 0.0 else None,
+        fix=_PLACE_BEFORE,
+    )
+    if short_m <= 0.0 and a.setup.terrain is not None:
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by=f"{asked}, which sinks on its way to the landing,",
+            needs="DO_LAND_START and a waypoint before the landing, or RTL_TYPE 0",
+        )
