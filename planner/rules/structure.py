@@ -23,6 +23,7 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.items import MissionFormat
+from planner.mission.route.order import JUMP_WITHOUT_FLIGHT
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
@@ -72,16 +73,6 @@ _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_VTOL_LAND: frozenset({3, 4}),
 }
 """Parameters that ArduPilot takes as NaN (AP_Mission.cpp, ``sanity_check_params``)."""
-
-JUMP_WITHOUT_FLIGHT = Rule(
-    "M121 jump-without-flight",
-    Severity.ERROR,
-    summary="An endless loop has no item to fly.",
-    why="The autopilot follows such a loop and never finds what to fly next (ArduPilot #4701).",
-    how="No item between the target of an endless jump and the jump is a flight or a wait.",
-    fix="add a waypoint or a wait to the loop, or give the jump a count",
-    instead="a loop with an item to fly",
-)
 
 
 @judges(ENDLESS, JUMP_WITHOUT_FLIGHT)

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 PX4 = Px4Parameters()
 
 
+_AFAR = stage(StageKind.CHANGE_HEIGHT, 0.0, 100.0, 20.0)
+
+
 def took_s(*stages: Stage, parameters: Px4Parameters = PX4) -> np.ndarray:
     """Return how long each stage took until it was done."""
     motion = fly_px4(stages, parameters)
@@ -396,3 +399,46 @@ def test_a_tangent_is_flown_to_from_where_the_vehicle_is() -> None:
     change = replace(stage(StageKind.CHANGE_HEIGHT, 0.0, 100.0, 20.0), leaves_on_tangent=True)
     took = took_s(takeoff(20.0), go(0.0, 40.0, 20.0), change, go(160.0, 100.0, 20.0))
     assert took[3] == pytest.approx(50.2, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("stages", "flown_s"),
+    [
+        # Flown by a build of PX4 (1.17, at rest in the air, noise 0): of a circle of 80 m passed 82 m before
+        # its centre, and of a radius of its own of 30 m, it goes on to the place asked for again.
+        ((_AFAR, stage(StageKind.LAND, 0.0, 100.0, 0.0)), 63.2),
+        (
+            (
+                _AFAR,
+                stage(StageKind.LOITER, 0.0, 100.0, 20.0, hold=10.0),
+                stage(StageKind.LAND, 0.0, 100.0, 0.0),
+            ),
+            73.5,
+        ),
+    ],
+)
+def test_a_place_that_counted_as_reached_from_afar_is_flown_to(
+    stages: tuple[Stage, ...], flown_s: float
+) -> None:
+    # Predicted from where it counted as reached: 17 s less.
+    assert took_s(takeoff(20.0), *stages).sum() == pytest.approx(flown_s, abs=1.5)
+
+
+def test_a_place_with_a_radius_of_its_own_is_flown_to_where_it_lands_there() -> None:
+    """Flown by a build of PX4: 73.5 s from 30 m, 30 m before the place it counted as reached."""
+    wide = replace(go(0.0, 100.0, height_m=30.0), acceptance_radius_m=30.0)
+    took = took_s(takeoff(30.0), wide, stage(StageKind.LAND, 0.0, 100.0, 0.0))
+    assert took.sum() == pytest.approx(73.5, abs=1.5)
+
+
+def test_a_return_begins_where_the_vehicle_is_not_where_a_circle_would_be() -> None:
+    """Flown by a build of PX4: 72.2 s; by a line from the centre of the circle, 40 m aside, 88.9 s."""
+    aside = stage(StageKind.CHANGE_HEIGHT, 40.0, 60.0, 20.0)
+    parameters = replace(PX4, return_altitude_m=20.0)
+    stages = (
+        takeoff(20.0),
+        go(0.0, 60.0, height_m=20.0),
+        aside,
+        stage(StageKind.RETURN, 0.0, 0.0, 0.0),
+    )
+    assert took_s(*stages, parameters=parameters).sum() == pytest.approx(72.2, abs=1.5)

@@ -1184,3 +1184,28 @@ def test_px4_leaves_a_change_of_height_slowly_by_a_tangent(
     told = [one for one in route(*items, dialect=PX4).findings if "tangent" in one.message]
     assert [(one.severity, one.item) for one in told] == [(Severity.ERROR, 3)] * is_told
     assert not [f for f in route(*items, dialect=ARDUPILOT).findings if "tangent" in f.message]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "loop", "repeats", "is_told"),
+    [
+        # Flown by a build of PX4: two of four such missions did not take off, one hovered for 300 s.
+        (PX4, (item(93, params=(3.0, -1.0, -1.0, -1.0), frame=2),), 2.0, True),
+        (PX4, (speed(3.0),), 1.0, True),
+        (PX4, (speed(3.0),), 0.0, False),  # not taken
+        (PX4, (waypoint(50, 20), speed(3.0)), 2.0, False),
+        (ARDUPILOT, (speed(3.0),), 1.0, False),
+    ],
+)
+def test_px4_jumps_back_over_a_place_or_does_not_fly_on(
+    dialect: Autopilot,
+    loop: tuple[MissionItem, ...],
+    repeats: float,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    jump = item(177, params=(3.0, repeats, 0.0, 0.0), frame=2)
+    found = route(
+        takeoff(20), waypoint(100, 20), *loop, jump, waypoint(200, 20), rtl(), dialect=dialect
+    )
+    told = [(one.severity, one.item) for one in found.findings if one.code == "M121"]
+    assert told == [(Severity.ERROR, 3 + len(loop))] * is_told

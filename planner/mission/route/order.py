@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.mission.commands import Command, command_name, is_navigation
+from planner.mission.commands import Command, command_name, is_destination, is_navigation
 from planner.mission.route.queue import HELD, JUMPS
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Hashable, Iterator, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.mission.items import MissionItem
@@ -93,6 +93,20 @@ JUMPS_TOO_LONG = Rule(
 )
 
 
+JUMP_WITHOUT_FLIGHT = Rule(
+    "M121 jump-without-flight",
+    Severity.ERROR,
+    summary="A loop has no item to fly.",
+    why="The autopilot follows such a loop and never finds what to fly next (ArduPilot #4701).  PX4 does not "
+    "count the jumps on that look ahead (MissionBase::getNextPositionItems): flown, it does not take off, or "
+    "flies past its waypoint and takes no command.",
+    how="No item between the target of an endless jump and the jump is a flight or a wait; on PX4 of any "
+    "jump back, counted or not, none is a place.",
+    fix="add a waypoint to the loop, or write out what it repeats",
+    instead="a loop with an item to fly",
+)
+
+
 def flown_order(
     items: tuple[MissionItem, ...], dialect: Autopilot | None, *, keeps_counts: bool | None = None
 ) -> FlownOrder:
@@ -117,6 +131,7 @@ def flown_order(
             order = replace(order, findings=tuple(map(_of_one_autopilot, order.findings)))
     else:
         order = _in_turn(items, targets)
+        findings += _without_place(items, targets)
     findings += order.findings
     most = len(items) + MOST_VISITS
     if len(order.visits) > most:
@@ -397,6 +412,19 @@ def _targets(
         message = f"{command_name(item.command)}: {problem}; predicted without the jump"
         findings.append(JUMP_TARGET.finding(message, item=at + 1, place=item.place))
     return targets, findings
+
+
+def _without_place(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> Iterator[Finding]:
+    """Yield the jumps back of PX4 over nothing that it flies to."""
+    for at, target in targets.items():
+        loop = items[target:at]
+        if loop and _repeats(items[at]) and not any(is_destination(one.command) for one in loop):
+            yield JUMP_WITHOUT_FLIGHT.finding(
+                f"DO_JUMP back to item {target + 1} over no item with a place: PX4 looks for the next place "
+                "round that loop without end, and does not fly on",
+                item=at + 1,
+                place=items[at].place,
+            )
 
 
 def is_counted(item: MissionItem) -> bool:

@@ -321,6 +321,8 @@ class _Navigator:
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
         self._circle: tuple[float, float, float] | None = None
         """Centre and radius, negative for counter-clockwise, of what is left by a tangent. [m]"""
+        self._is_afar = False
+        """Whether the place before counted as reached from afar."""
 
     def moves(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the moves of one stage."""
@@ -366,7 +368,9 @@ class _Navigator:
             self.east_m, self.north_m, self.height_m = targets[0, leg].tolist()
             stop = self._move(index, item, hold_s=float(holds_s[leg]), is_stop=True, is_return=True)
             yaw = HOME_YAW if turns_home[leg] else math.nan
-            yield stop._replace(is_landing=leg == _LANDING, yaw_rad=yaw)
+            # It begins anew: on a line from where the vehicle is, however far the place it had.
+            goes_on, self._is_afar = self._is_afar, False
+            yield stop._replace(is_landing=leg == _LANDING, yaw_rad=yaw, goes_on=goes_on)
         self.is_airborne = False
 
     def home_along(self, index: int, item: int, path: ReturnPath) -> Iterator[Move]:
@@ -423,7 +427,8 @@ class _Navigator:
         left = min(way, reach) * min(
             self.parameters.altitude_acceptance_m / (abs(rise) or 1e-9), 1.0
         )
-        if left > self.parameters.acceptance_radius_m:
+        self._is_afar = left > self.parameters.acceptance_radius_m
+        if self._is_afar:
             self.east_m += (east - stage.east_m) * left / way
             self.north_m += (north - stage.north_m) * left / way
 
@@ -477,6 +482,7 @@ class _Navigator:
             yield move._replace(radius_m=near, reach_m=near, yaw_rad=math.nan, goes_on=True)
 
     def _place_at(self, stage: Stage) -> None:
+        self._is_afar = False
         self.east_m, self.north_m, self.height_m = stage.east_m, stage.north_m, stage.height_m
 
     def _go(
