@@ -1209,3 +1209,23 @@ def test_px4_jumps_back_over_a_place_or_does_not_fly_on(
     )
     told = [(one.severity, one.item) for one in found.findings if one.code == "M121"]
     assert told == [(Severity.ERROR, 3 + len(loop))] * is_told
+
+
+@pytest.mark.parametrize(
+    ("between", "reset", "is_told"),
+    [
+        # Flown by a build of PX4: 161 s at 0.5 m/s, and 92.8 s predicted at its own speed.
+        ((), -2.0, True),
+        ((), 5.0, False),
+        ((waypoint(150, 20),), -2.0, False),
+    ],
+)
+def test_px4_takes_no_speed_back_at_once(
+    between: tuple[MissionItem, ...],
+    reset: float,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    items = (takeoff(20), speed(0.5), *between, speed(reset), waypoint(200, 20), rtl())
+    told = [one for one in route(*items, dialect=PX4).findings if "own speed" in one.message]
+    assert [one.severity for one in told] == [Severity.ERROR] * is_told
+    assert not [f for f in route(*items, dialect=ARDUPILOT).findings if "own speed" in f.message]

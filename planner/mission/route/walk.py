@@ -118,7 +118,8 @@ ITEM_NOT_MODELLED = Rule(
     "lasts; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 flies one without a radius as "
     "wide as the one before, 4.7 on the spot; where it has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
-    "landing behind a CONDITION_GATE; on PX4 behind a LOITER_TIME of less than 4 s with parameter 4; where a "
+    "landing behind a CONDITION_GATE; on PX4 behind a LOITER_TIME of less than 4 s, or a LOITER_TO_ALT of "
+    "another height, with parameter 4, and at a DO_CHANGE_SPEED taken back at once; where a "
     "CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of where the leg is "
     "over, and holds back a speed, a home or the fence.",
     fix="allow for the item yourself, or replace it by one that is modelled",
@@ -214,6 +215,8 @@ class MissionState(Position, kw_only=True, eq=False):
     speed_m_s: float | None = None
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
+    sped_at: int = -1
+    """Number of stages there were as the last horizontal speed of PX4 was commanded."""
     is_over: bool = False
     is_behind_gate: bool = False
     """Whether a gate was the last item with a place."""
@@ -674,8 +677,7 @@ class MissionState(Position, kw_only=True, eq=False):
         if speed is not None and speed > FASTEST_M_S:
             self.refuse(item, f"a speed of {speed:g} m/s cannot be flown")
         if self.dialect is Autopilot.PX4:
-            # PX4 does not look at the type; nothing above zero resets to its own cruise speed.
-            self.speed_m_s = speed if speed is not None and speed > 0.0 else None
+            self._change_px4_speed(speed)
         elif speed is None or speed <= 0.0:
             return
         elif kind == 2.0:
@@ -690,6 +692,20 @@ class MissionState(Position, kw_only=True, eq=False):
         else:
             message = f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
             self.remark(ITEM_NOT_MODELLED, message)
+
+    def _change_px4_speed(self, speed_m_s: float | None) -> None:
+        """Take a speed: PX4 does not look at the type, and nothing above zero resets to its own."""
+        asked_m_s = speed_m_s if speed_m_s is not None and speed_m_s > 0.0 else None
+        is_fresh = self.sped_at == len(self.stages) and self.speed_m_s is not None
+        if asked_m_s is None and is_fresh:
+            self.remark(
+                ITEM_NOT_MODELLED,
+                "DO_CHANGE_SPEED back to PX4's own speed, right behind one to "
+                f"{quantity.speed(self.speed_m_s)}: PX4 flies the next leg at that all the same, which is "
+                "not predicted; leave out the one that does not count",
+                severity=Severity.ERROR,
+            )
+        self.speed_m_s, self.sped_at = asked_m_s, len(self.stages)
 
     def set_home(self, item: MissionItem) -> None:
         """Move the place a return leads to."""
