@@ -8,6 +8,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Severity
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import LANDING, SETTING_NOT_FOLLOWED
 from planner.rules.declaration import PX4, NotEvaluated, judges
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.px4 import Px4Parameters
 
+_LAND = STATE_INDEX[FlightState.LAND]
+_WORTH_SAYING_M = 3.0
 _PLACE_BEFORE = "set RTL_TYPE to 0, or put DO_LAND_START and a waypoint before the landing"
 
 
@@ -34,6 +37,8 @@ class _ToLanding(Value, eq=False):
     """Height above home where they begin. (n,) [m]"""
     climbs_to_m: FloatArray
     """Height above home below which they climb, to it. (n,) [m]"""
+    predicted_m: FloatArray
+    """Height above home they are predicted at. (n,) [m]"""
     way_m: FloatArray
     """To the landing. (n,) [m]"""
     lands: Stage
@@ -54,16 +59,19 @@ def _returns_to_landing(a: Assessment) -> _ToLanding | None:
     leads = a.returns.destinations.chosen(place_m, stage) == LANDING
     changes = leads & ~np.append(False, leads[:-1])
     chosen_at = np.maximum.accumulate(np.where(changes, np.arange(len(leads)), 0))
-    leads[0] = False  # it stands at home
+    # It stands at home, or is landing there.
+    leads &= np.append(False, a.flight.motion.segments.state[flown.segment] != _LAND)
     stage, stop_m, chosen_m = stage[leads], stop_m[leads], place_m[chosen_at][leads]
     if not len(stage):
         return None
     lands = landing.stages[-1]
-    targets = a.returns.destinations.targets(stage, LANDING, chosen_m)
+    targets = a.returns.destinations.targets(stage, LANDING, stop_m)
+    height_m = a.returns.pilot.return_heights_m
     return _ToLanding(
         stage=stage,
         begins_m=stop_m[:, 2],
-        climbs_to_m=a.returns.pilot.return_heights_m(chosen_m, targets),
+        climbs_to_m=height_m(chosen_m, targets),
+        predicted_m=height_m(stop_m, targets),
         way_m=np.hypot(lands.east_m - stop_m[:, 0], lands.north_m - stop_m[:, 1]),
         lands=lands,
     )
@@ -112,3 +120,41 @@ def _sinks_on_its_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
             asked_by=f"{asked}, which sinks on its way to the landing,",
             needs="DO_LAND_START and a waypoint before the landing, or RTL_TYPE 0",
         )
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
+def _height_chosen_elsewhere(
+    a: Assessment, parameters: Px4Parameters
+) -> Iterator[Finding | NotEvaluated]:
+    """Report returns to the mission's landing at another height than where they begin would choose."""
+    found = _returns_to_landing(a)
+    if found is None:
+        return
+    flown_m = np.maximum(found.begins_m, found.climbs_to_m)
+    higher_m = flown_m - found.predicted_m
+    asked = f"RTL_TYPE {parameters.return_type}"
+    for is_higher, row in ((True, int(higher_m.argmax())), (False, int(higher_m.argmin()))):
+        off_m = abs(float(higher_m[row]))
+        if bool(higher_m[row] > 0.0) is not is_higher or off_m < _WORTH_SAYING_M:
+            continue
+        # A climb takes no more than twice the power of a hover.
+        needed_wh = a.hovered_wh(
+            2.0 * off_m / parameters.climb_speed_m_s + off_m / parameters.descent_speed_m_s
+        )
+        is_short = is_higher and needed_wh > a.left_wh
+        yield a.finding(
+            SETTING_NOT_FOLLOWED,
+            f"{asked}: a return from here to the mission's landing is flown at "
+            f"{quantity.height(float(flown_m[row]))}, predicted at "
+            f"{quantity.height(float(found.predicted_m[row]))}: PX4 chose the height where that became its "
+            "return",
+            item=a.route.stages[int(found.stage[row])].item,
+            severity=Severity.ERROR if is_short else None,
+            fix="set RTL_TYPE to 0",
+        )
+        if not is_higher and a.setup.terrain is not None:
+            yield NotEvaluated(
+                rule=RETURN_BELOW_TERRAIN,
+                asked_by=f"{asked}, which returns lower than predicted,",
+                needs="RTL_TYPE 0",
+            )

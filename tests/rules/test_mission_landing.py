@@ -7,15 +7,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
+from fenced_missions import rally
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 from made_terrain import ground
-from rule_cases.case import PX4, found
+from rule_cases.case import PLENTY, PX4, found, vehicle_of
 
 from planner.findings import Severity
+from planner.service.preflight import check
+from planner.values import replace
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem
+    from planner.vehicle.model import VehicleModel
 
 E, W = Severity.ERROR, Severity.WARNING
 
@@ -24,8 +32,15 @@ def land(metres_north: float) -> MissionItem:
     return item(21, north(metres_north), 0.0)
 
 
-def told(one: Mission, parameters: str) -> list[Severity]:
-    return [f.severity for f in found(one, PX4, parameters) if f.code == "T110"]
+def told(
+    one: Mission,
+    parameters: str,
+    about: str = "then sinks",
+    battery: Battery = PLENTY,
+    vehicle: VehicleModel | None = None,
+) -> list[Severity]:
+    flown = found(one, PX4, parameters, battery=battery, vehicle=vehicle, reserve=0.0)
+    return [f.severity for f in flown if f.code == "T110" and about in f.message]
 
 
 FAR = mission(takeoff(10), waypoint(450, 10), land(110))
@@ -80,3 +95,63 @@ def test_a_return_above_its_height_is_level(height_m: float, severities: list[Se
 
 def test_the_mission_s_own_return_sinks_so_too() -> None:
     assert told(mission(takeoff(10), waypoint(500, 10), rtl(), land(700)), "RTL_TYPE,1\n") == [E]
+
+
+@pytest.mark.parametrize(
+    ("landing_m", "settings", "height_m"),
+    [
+        (5.0, "", 10.0),  # flown: level at 9.8 m
+        (9.0, "", 10.0),  # in the cone of 45 degrees over it: up to 9 m
+        (11.0, "", 30.0),
+        # Flown from within RTL_MIN_DIST in a cone of 80 degrees: all of RTL_RETURN_ALT.
+        (70.0, "RTL_MIN_DIST,50\nRTL_CONE_ANG,80\n", 30.0),
+    ],
+)
+def test_type_1_chooses_its_height_standing_at_home(
+    landing_m: float, settings: str, height_m: float
+) -> None:
+    one = mission(takeoff(10), waypoint(60, 10), land(landing_m))
+    given = parameters_from_text(f"RTL_TYPE,1\n{settings}".encode(), source="p.param")
+    assessment = check(one, vehicle_of(PX4), autopilot=PX4, parameters=given).assessment
+    assert assessment is not None
+    returns = assessment.returns
+    segment = np.flatnonzero(returns.segment_stage == 1)[-1:]
+    [corners] = returns.corners_m(returns.points(segment, np.ones(1)))
+    assert corners[2, 2] == pytest.approx(height_m, abs=0.1)
+
+
+LOW = mission(takeoff(10), waypoint(60, 10), land(60))
+"""With RTL_TYPE 3 the height is chosen half way there, 30 m; at the landing 10 m are predicted."""
+
+
+@pytest.mark.parametrize(("capacity_wh", "severity"), [(13.0, W), (12.0, E)])
+def test_a_height_chosen_in_flight_is_told(capacity_wh: float, severity: Severity) -> None:
+    model, just = load_vehicle("px4-quad-2kg"), Battery(capacity_wh=capacity_wh)
+    given = parameters_from_text(b"RTL_TYPE,3\n", source="p.param")
+    flown = check(LOW, model, autopilot=PX4, battery=just, reserve=0.0, parameters=given).assessment
+    assert flown is not None
+    # 20 m up at 3 m/s, with twice the power of a hover at most, and down at 1.5 m/s.
+    climb_wh = flown.flight.hover_near_home_w * (2.0 * 20.0 / 3.0 + 20.0 / 1.5) / 3600.0
+    assert (flown.left_wh < climb_wh) is (severity is E)
+    assert told(LOW, "RTL_TYPE,3\n", "chose the height", just, model) == [severity]
+
+
+@pytest.mark.parametrize(("high_m", "severities"), [(32.0, []), (60.0, [W])])
+def test_a_height_chosen_from_above_stays(high_m: float, severities: list[Severity]) -> None:
+    """``computeReturnAltitude``: no lower than the vehicle is where the landing becomes the nearest."""
+    down = [waypoint(100, high_m), waypoint(110, 10)]
+    one = mission(takeoff(high_m), *down, item(189), waypoint(150, 20), land(160))
+    assert told(one, "RTL_TYPE,3\n", "flown at 60 m") == severities
+
+
+@pytest.mark.parametrize(("rally_m", "is_open"), [(20.0, True), (-500.0, False)])
+def test_a_height_chosen_in_the_cone_leaves_the_ground_unchecked(
+    rally_m: float, *, is_open: bool
+) -> None:
+    """The landing becomes nearest 20 m away, in the cone, or at home, out of it."""
+    one = mission(takeoff(10), waypoint(100, 10), land(60))
+    rallied = replace(one, rally=(rally(0.0, rally_m),))
+    given = "RTL_TYPE,1\nRTL_MIN_DIST,24\n"
+    over_ground = found(rallied, PX4, given, terrain=ground(0.0))
+    said = [f for f in over_ground if f.code == "X904" and "lower than predicted" in f.message]
+    assert bool(said) is is_open

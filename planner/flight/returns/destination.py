@@ -369,7 +369,11 @@ SETTING_NOT_FOLLOWED = Rule(
     "place of the mission before its NAV_LAND, PX4 1.17 sinks while it flies there from where it has climbed "
     "to the height of its return (flown: from 30 m at 5 m/s it touches the ground after 129 m): an error "
     "where the landing is farther away than it flies at MPC_XY_CRUISE while it sinks at MPC_Z_V_AUTO_DN, "
-    "100 m then, nearer a warning, and A104 is not checked (X904).",
+    "100 m then, nearer a warning, and A104 is not checked (X904).  PX4 chooses the height of a return to "
+    "the mission's landing where that becomes its return (RTL::setRtlTypeAndDestination): with RTL_TYPE 1 "
+    "and no rally points standing at home, and so it is predicted; else in flight: told where it is 3 m "
+    "higher than predicted, an error where the margin does not hold that climb, and where it is 3 m lower, "
+    "A104 not checked then (X904).",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
     "yourself",
     instead="the parameters of --params",
@@ -408,7 +412,11 @@ def _with_mission(
         if items.landing is None:
             return straight
         if not items.has_jump(items.land_start, items.landing):
-            return replace(straight, landing=items.landing_path(items.landing))
+            path = items.landing_path(items.landing)
+            if return_type in _NOT_HOME and not mission.rally:
+                # No other is ever chosen: the height stays that chosen before the flight.
+                path = replace(path, height_chosen_m=(0.0, 0.0, 0.0))
+            return replace(straight, landing=path)
         leads = "to the mission's landing, and the mission jumps on the way there"
         severity = Severity.ERROR
     elif return_type in _FOLLOW_MISSION:

@@ -133,6 +133,8 @@ class ReturnPath(Value):
     climbs_over_m: float | None = None
     """Height above home over which the vehicle climbs to its return height before it sets out;
     ``None``: it does not climb. [m]"""
+    height_chosen_m: tuple[float, float, float] | None = None
+    """East, north, height above home of where that height is chosen; ``None``: where it begins. [m]"""
 
 
 class Lap(Value):

@@ -66,16 +66,19 @@ def return_path_height_m(place_m: FloatArray, path: ReturnPath, parameters: Px4P
     Notes
     -----
     Only a return to the mission's landing climbs first (``RtlDirectMissionLand::on_activation``), to
-    what ``RTL::computeReturnAltitude`` says over the altitude of the landing item.
+    what ``RTL::computeReturnAltitude`` says over the altitude of the landing item from where that return
+    is chosen.
     """
     present = float(place_m[2])
     over = path.climbs_over_m
     if over is None:
         return present
     landing = path.stages[-1]
-    distance = math.hypot(landing.east_m - place_m[0], landing.north_m - place_m[1])
-    height = return_heights_m(np.array([distance]), np.array([present - over]), parameters)
-    return over + float(height[0])
+    chosen_at = path.height_chosen_m
+    east, north, height = place_m.tolist() if chosen_at is None else chosen_at
+    distance = math.hypot(landing.east_m - east, landing.north_m - north)
+    wanted = return_heights_m(np.array([distance]), np.array([height - over]), parameters)
+    return max(over + float(wanted[0]), present)
 
 
 def return_heights_m(
