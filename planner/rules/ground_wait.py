@@ -32,11 +32,15 @@ _MOST_IDLE = 0.12
 """Power of idling motors over that of hover, at most, where the model has none (models/priors). [-]"""
 
 
+_MOST_LEFT_OUT = 0.05
+"""Of the battery: voltages and failsafes are predicted no better. [-]"""
+
+
 @judges(WAIT_NOT_COUNTED, needs=(BUDGET, POWER))
 def _idles_before_takeoff(
-    a: Assessment, _budget: BatteryBudget, _power: SteadyPower
+    a: Assessment, budget: BatteryBudget, _power: SteadyPower
 ) -> Iterator[Finding]:
-    """Yield a wait before the take-off during which idling motors take more than the flight leaves."""
+    """Yield a wait before the take-off during which idling motors take more than can be left out."""
     wait_s, item = _wait_before_takeoff(a)
     if not 0.0 < wait_s < math.inf:
         return
@@ -47,10 +51,12 @@ def _idles_before_takeoff(
         else loads.ground_idle_w + loads.avionics_w
     )
     idle_wh, left_wh = float(wh_from_j(idle_w * wait_s)), a.left_wh
-    if idle_wh > left_wh:
+    share = idle_wh / budget.capacity_wh
+    if idle_wh > left_wh or share > _MOST_LEFT_OUT:
         yield a.finding(
             WAIT_NOT_COUNTED,
-            f"idling on the ground for {quantity.duration(wait_s)} takes {quantity.energy(idle_wh)}; the "
+            f"idling on the ground for {quantity.duration(wait_s)} takes {quantity.energy(idle_wh)}, "
+            f"{quantity.percent(share)} of the battery: voltage and failsafes are predicted without it; the "
             f"flight leaves {quantity.energy(max(left_wh, 0.0))} above the reserve",
             item=item,
             severity=Severity.ERROR,

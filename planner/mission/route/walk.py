@@ -134,7 +134,8 @@ WAIT_NOT_COUNTED = Rule(
     "for it), in the air or with motors that idle.",
     how="NAV_DELAY with a time of day (an error, but on PX4, which has none), or in seconds before the "
     "take-off: an error where idling motors, 0.12 of the hover power where the model has none, take more "
-    "than the flight and its returns leave above the reserve; ArduPilot's "
+    "than the flight and its returns leave above the reserve, or than 5 % of the battery, by which its "
+    "voltage and its failsafes would be wrong; ArduPilot's "
     "return where RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits "
     "for the heading it was armed with).",
     fix="use a delay in seconds, or allow for the wait yourself",
