@@ -154,11 +154,11 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         begins = np.where(moves.goes_on[:, None], np.roll(before_m, 1, axis=0), begins)
         direction, tail = _aims(moves, begins)
         ends = moves.target_m - direction * tail[:, None]
-    # To a place that counted as reached from afar it flies straight from where it is.
+    # To a place that counted as reached from afar, not from beside it, it flies straight from where it is.
     before_m = np.roll(np.where(reached[:, None], begins, ends), 1, axis=0)
     is_same = ~(reached | moves.is_first | moves.is_landing | moves.is_takeoff)
     is_same &= (np.abs(moves.target_m - begins) < STILL_M).all(axis=1)
-    is_same &= horizontal(moves.target_m - before_m) > moves.reach_m
+    is_same &= horizontal(moves.target_m - before_m) > 2.0 * moves.reach_m
     if is_same.any():
         begins = np.where(is_same[:, None], before_m, begins)
         direction, tail = _aims(moves, begins)
