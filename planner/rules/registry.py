@@ -57,6 +57,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "battery_arming": (PARAMETERS, BUDGET),
     "rally": (PARAMETERS,),
     "mission_landing": (PARAMETERS,),
+    "way_back": (PARAMETERS,),
     "arming": (PARAMETERS,),
     "ground_wait": (),
     "control": (PARAMETERS,),

@@ -373,7 +373,10 @@ SETTING_NOT_FOLLOWED = Rule(
     "the mission's landing where that becomes its return (RTL::setRtlTypeAndDestination): with RTL_TYPE 1 "
     "and no rally points standing at home, and so it is predicted; else in flight: told where it is 3 m "
     "higher than predicted, an error where the margin does not hold that climb, and where it is 3 m lower, "
-    "A104 not checked then (X904).",
+    "A104 not checked then (X904).  Back along the mission (RTL_TYPE 2, 4) PX4 flies at the speed commanded "
+    "before the item it goes back to, or the one before that (RtlMissionFastReverse::on_activation; flown at "
+    "1 m/s for 10): where they differ an error for the mission's own return, of which 2 flights of 4 were as "
+    "predicted, and for others where the margin does not hold what that may take.",
     fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
     "yourself",
     instead="the parameters of --params",
@@ -481,6 +484,7 @@ class _ReturnItems:
     ) -> ReturnPath:
         """Return the way along the mission while an item is flown: on to its landing, or back home."""
         flown = item - 1
+        others: tuple[float | None, ...] = ()
         if self.landing is not None and (
             always_forward or self.land_start - flown < flown  # ``RTL::reverseIsFurther``
         ):
@@ -490,8 +494,20 @@ class _ReturnItems:
             down = Stage(
                 kind=StageKind.LAND, item=item, east_m=east_m, north_m=north_m, height_m=height_m
             )
-            stages = (*self._back(flown), down)
-        return ReturnPath(stages=stages, speed_m_s=self._speed_m_s(flown))
+            stages, others = (*self._back(flown), down), self._other_speeds_m_s(flown)
+        return ReturnPath(stages=stages, speed_m_s=self._speed_m_s(flown), other_speeds_m_s=others)
+
+    def _other_speeds_m_s(self, flown: int) -> tuple[float | None, ...]:
+        """Return other speeds than that before an item which a way back from there may be flown at.
+
+        PX4 takes the speed commanded before the item it goes back to: the one before that flown to, or the
+        place nearest to it (``RtlMissionFastReverse::on_activation``); of the mission's own return the place
+        it comes from, or the item before that: 2 flights of 4 each.
+        """
+        place = next((at for at in range(flown - 1, 0, -1) if self._stages[at] is not None), 0)
+        first = place - (self._items[flown].command == Command.NAV_RETURN_TO_LAUNCH)
+        may_be = dict.fromkeys(self._speed_m_s(at) for at in range(max(first, 0), flown))
+        return tuple(may_be.keys() - {self._speed_m_s(flown)})
 
     def _speed_m_s(self, before: int) -> float | None:
         """Return the speed last commanded before an item; ``None``: the vehicle's own."""

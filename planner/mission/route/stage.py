@@ -130,6 +130,8 @@ class ReturnPath(Value):
     """Places flown to without holds; the last is a landing."""
     speed_m_s: float | None = None
     """Commanded before; ``None``: the vehicle's own. [m s⁻¹]"""
+    other_speeds_m_s: tuple[float | None, ...] = ()
+    """Those the vehicle may take instead; ``None``: its own. [m s⁻¹]"""
     climbs_over_m: float | None = None
     """Height above home over which the vehicle climbs to its return height before it sets out;
     ``None``: it does not climb. [m]"""
