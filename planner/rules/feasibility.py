@@ -351,6 +351,9 @@ def _too_many_items(a: Assessment, target: Target) -> Iterator[Finding]:
     )
 
 
+_ROUNDING_M = 0.01
+"""Of heights above a grid. [m]"""
+
 TERRAIN_OFF = Rule(
     "A118 terrain-off",
     Severity.ERROR,
@@ -360,7 +363,8 @@ TERRAIN_OFF = Rule(
     how="Items in frame 10 or 11 on ArduPilot with TERRAIN_ENABLE 0 and no rangefinder that it follows "
     "the ground by: one that looks down (RNGFND1_TYPE to RNGFNDA_TYPE, their ORIENT 25) with WPNAV_RFND_USE "
     "1.  With one terrain data are not looked at (AC_WPNav::get_terrain_source): items higher above terrain "
-    "than it reaches (RNGFND1_MAX_CM), where its readings are unhealthy and the terrain failsafe returns.",
+    "than it reaches (RNGFND1_MAX_CM), or flown to from higher, where its readings are unhealthy and the "
+    "terrain failsafe ends the mission (flown: take-off to 20 m, then 8 m above terrain by 12 m of reach).",
     fix="set TERRAIN_ENABLE to 1 and load terrain data, or write the altitudes above home",
     instead="parameters with TERRAIN_ENABLE 1",
 )
@@ -389,6 +393,8 @@ def _terrain_off(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fin
                 item=highest,
                 fix="set WPNAV_RFND_USE to 0 to follow terrain data, or fly within the rangefinder's reach",
             )
+        else:
+            yield from _begun_out_of_reach(a, reach_m, over_terrain)
         return
     if parameters.terrain_enable:
         return
@@ -399,6 +405,26 @@ def _terrain_off(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fin
             "has no terrain data",
             item=over_terrain[0],
         )
+
+
+def _begun_out_of_reach(
+    a: Assessment, reach_m: float, over_terrain: list[int]
+) -> Iterator[Finding]:
+    """Yield the first item above terrain that is flown to from above the reach of the rangefinder."""
+    from planner.rules.terrain_following import ends_above_ground_m
+
+    begins_m = ends_above_ground_m(a)
+    for row, stage in enumerate(a.route.stages[1:], start=1):
+        if stage.item in over_terrain and begins_m[row - 1] > reach_m + _ROUNDING_M:
+            yield a.finding(
+                TERRAIN_OFF,
+                f"flown to from {quantity.height(float(begins_m[row - 1]))} above the ground; the "
+                f"rangefinder it follows that by reaches {quantity.height(reach_m)}: ArduPilot ends the "
+                "mission (terrain failsafe)",
+                item=stage.item,
+                fix="come down within its reach before, or set WPNAV_RFND_USE to 0 to follow terrain data",
+            )
+            return
 
 
 LAND_START_WITHOUT_LANDING = Rule(

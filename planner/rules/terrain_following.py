@@ -51,15 +51,27 @@ def following_parameters(a: Assessment) -> ArduPilotParameters:
 def returns_follow_terrain(a: Assessment) -> bool:
     """Return whether returns keep a height above the ground.
 
-    ``ModeRTL::compute_return_target``: with terrain data or a rangefinder, else above home as ever.
+    ``ModeRTL::compute_return_target``: with terrain data or a rangefinder, else above home as ever.  Flown:
+    begun above the reach of that, "rangefinder unhealthy, using alt-above-home".
     """
     own = ARDUPILOT.of(a)
     if own is None or own.return_altitude_type != OVER_TERRAIN:
         return False
     reach_m = reach_down_m(a)
     if reach_m is not None:  # out of its reach ModeRTL begins again, above home
-        return own.return_altitude_m <= reach_m
+        highest_m = float(np.nan_to_num(ends_above_ground_m(a)).max(initial=0.0))
+        return own.return_altitude_m <= reach_m and highest_m <= reach_m
     return bool(own.terrain_enable)
+
+
+def ends_above_ground_m(a: Assessment) -> FloatArray:
+    """Return the heights above the ground at which stages end; above home where it is not known. (n,) [m]"""
+    place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in a.route.stages])
+    if a.setup.terrain is None:
+        return place_m[:, 2]
+    where = a.route.frame.latitude_longitude_deg(place_m[:, 0], place_m[:, 1])
+    ground_m = a.setup.terrain.height_amsl_m(*where).filled(np.nan) - a.route.ground_datum_m
+    return np.asarray(place_m[:, 2] - np.nan_to_num(ground_m))
 
 
 def tops_over_terrain_m(a: Assessment, corners_m: FloatArray) -> FloatArray:

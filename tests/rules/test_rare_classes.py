@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
 from fenced_missions import at, degrees
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -111,5 +112,31 @@ def test_terrain_that_nothing_measures_is_an_error_wherever_an_item_counts_from_
     if reach_m is not None:
         text += f"RNGFND1_TYPE,8\nRNGFND1_ORIENT,25\nRNGFND1_MAX_CM,{100.0 * reach_m}\n"
     over = [height_m for height_m, follows in places if follows]
-    is_off = max(over) > reach_m if over and reach_m is not None else bool(over) and not has_data
+    begun = [20.0, *(height_m for height_m, _ in places)]
+    from_m = [begin_m for begin_m, (_, follows) in zip(begun, places, strict=False) if follows]
+    is_off = bool(over) and not has_data
+    if over and reach_m is not None:
+        highest_m = max(*over, *from_m)
+        assume(abs(highest_m - reach_m) > 0.02)
+        is_off = highest_m > reach_m
     assert ("A118" in codes(mission(takeoff(20), *legs, rtl()), by, text)) is is_off
+
+
+@pytest.mark.parametrize(
+    ("from_m", "more", "is_off"),
+    [
+        # Flown by a build of ArduPilot, from 20 m to 8 m above terrain with 12 m of reach: "Failsafe: Terrain
+        # Rangefinder Unhealthy", for a waypoint, a circle, a loiter and a spline alike; from 10 m it flies.
+        (20.0, "", True),
+        (12.5, "", True),
+        (12.0, "", False),
+        (10.0, "", False),
+        (20.0, "WPNAV_RFND_USE,0\n", False),
+    ],
+)
+def test_a_leg_above_terrain_begins_within_the_reach_of_the_rangefinder(
+    from_m: float, more: str, *, is_off: bool
+) -> None:
+    text = f"RNGFND1_TYPE,20\nRNGFND1_ORIENT,25\nRNGFND1_MAX_CM,1200\n{more}"
+    made = mission(takeoff(from_m), item(16, north(200), 8.0, frame=10), rtl())
+    assert ("A118" in codes(made, ARDUPILOT, text)) is is_off

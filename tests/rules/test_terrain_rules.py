@@ -497,6 +497,8 @@ def test_a_return_above_terrain_keeps_the_clearance_too(
         # It is narrower than posts are apart by default.
         (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\n", 61.0, True),
         (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\nTERRAIN_SPACING,4\n", 61.0, False),
+        # Begun above the reach of the rangefinder, 300 m up, it is flown level above home.  Flown by a build.
+        (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\nRNGFND1_TYPE,8\n", 61.0, True),
     ],
 )
 def test_a_ridge_on_the_way_home_is_found(
