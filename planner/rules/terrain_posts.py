@@ -45,7 +45,7 @@ _EAST_OFF_M = (-15.0, 0.0, 15.0)
 place, or a block of 2.8 km; ground stations fill blocks by their own geodesy. [m]"""
 _PART_M = 10.0
 """Ground between posts bends where their rows are crossed: lines are judged in parts so long. [m]"""
-_MOST_PARTS = 10_000
+_MOST_PARTS = 50_000
 """But in so many at most: the ground of the grid counts at every bend of it all the same."""
 _ROWS = 2**17
 """More posts than there are on a degree, 1 m apart."""
@@ -257,13 +257,15 @@ def _lowest(a: Assessment, ground: PostedGround, lines: FlightLines) -> tuple[fl
     """
     lines = lines.cut(max(_PART_M, float(lines.length_m.sum()) / _MOST_PARTS))
     ends_m = np.stack((lines.start_m, lines.end_m), axis=1)
-    under = ground.terrain.under(
-        *a.route.frame.latitude_longitude_deg(ends_m[..., 0], ends_m[..., 1])
-    )
-    along = np.stack((under.start, under.end), axis=1)[..., None]
+    where = a.route.frame.latitude_longitude_deg(ends_m[..., 0], ends_m[..., 1])
+    followed_m = ground.lowest_amsl_m(*where)
+    under = ground.terrain.under(*where)
+    along = np.stack((under.start, under.end), axis=1)
+    of_line = followed_m[under.line]
+    height_m = of_line[:, :1] + along * (of_line[:, 1:] - of_line[:, :1]) - under.ground_amsl_m
+    along = along[..., None]
     place_m = ends_m[under.line, :1] + along * (ends_m[under.line, 1:] - ends_m[under.line, :1])
-    where = a.route.frame.latitude_longitude_deg(place_m[..., 0], place_m[..., 1])
-    height_m = ground.lowest_amsl_m(*where) + place_m[..., 2] - under.ground_amsl_m
+    height_m += place_m[..., 2]
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1])
     asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m) - ROUNDING_M
     # What was asked for as low is told as that.
