@@ -24,7 +24,12 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 _LAND = STATE_INDEX[FlightState.LAND]
+_STEPS = 100
 _WORTH_SAYING_M = 3.0
+_REACHED = 0.8
+"""Of the way that a vehicle flies at its speed while it sinks; flown 129 m of 126 m from 30 m up."""
+_NEAR_M = 10.0
+"""So near to its landing a vehicle does not come down anywhere else. [m]"""
 _PLACE_BEFORE = "set RTL_TYPE to 0, or put DO_LAND_START and a waypoint before the landing"
 
 
@@ -95,31 +100,42 @@ def _sinks_on_its_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
         return
     cruise_m_s = parameters.cruise_speed_m_s
     speed_m_s = min(landing.speed_m_s or cruise_m_s, cruise_m_s)
-    sinking_m = found.climbs_to_m - found.lands.height_m
-    # It slows down low over the ground: flown 129 m from 30 m up, here 100 m.
-    reach_m = sinking_m * speed_m_s / parameters.descent_speed_m_s
+    sinking_m = np.maximum(
+        found.climbs_to_m - found.lands.height_m, parameters.altitude_acceptance_m
+    )
+    reach_m = _REACHED * speed_m_s * _sinking_s(sinking_m, parameters)
     worst = int(np.where(sinks, found.way_m - reach_m, -np.inf).argmax())
     short_m = float(found.way_m[worst] - reach_m[worst])
     asked, way_m = f"RTL_TYPE {parameters.return_type}", float(found.way_m[worst])
-    if short_m > 0.0:
+    is_short = short_m > 0.0 and way_m > _NEAR_M
+    if is_short:
         comes_down = f"it touches the ground up to {quantity.distance(short_m)} short of it"
     else:
-        lower_m = sinking_m[worst] * way_m / reach_m[worst]
+        lower_m = sinking_m[worst] * min(1.0, way_m / reach_m[worst])
         comes_down = f"up to {quantity.height(float(lower_m))} lower than predicted"
     yield a.finding(
         SETTING_NOT_FOLLOWED,
         f"{asked}: a return from here climbs to {quantity.height(float(found.climbs_to_m[worst]))}, then "
         f"sinks while it flies to the mission's landing, {quantity.distance(way_m)} away: {comes_down}",
         item=a.route.stages[int(found.stage[worst])].item,
-        severity=Severity.ERROR if short_m > 0.0 else None,
+        severity=Severity.ERROR if is_short else None,
         fix=_PLACE_BEFORE,
     )
-    if short_m <= 0.0 and a.setup.terrain is not None:
+    if not is_short and a.setup.terrain is not None:
         yield NotEvaluated(
             rule=RETURN_BELOW_TERRAIN,
             asked_by=f"{asked}, which sinks on its way to the landing,",
             needs="DO_LAND_START and a waypoint before the landing, or RTL_TYPE 0",
         )
+
+
+def _sinking_s(height_m: FloatArray, parameters: Px4Parameters) -> FloatArray:
+    """Return the times a landing takes from heights over the ground down to it. (n,) [s]"""
+    from planner.flight.motion.px4.landing import DescentProfile
+
+    steps = (np.arange(_STEPS) + 0.5) / _STEPS
+    speed_m_s = DescentProfile.of(parameters).speed_m_s(height_m[:, None] * steps)
+    return np.asarray(height_m * (1.0 / speed_m_s).mean(axis=1))
 
 
 @judges(SETTING_NOT_FOLLOWED, needs=(PX4,))

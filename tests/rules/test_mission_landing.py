@@ -1,6 +1,7 @@
 """PX4's own returns to the mission's landing, by flights of PX4 1.17 with its defaults.
 
-RTL_RETURN_ALT 30 m, MPC_XY_CRUISE 5 m/s, MPC_Z_V_AUTO_DN 1.5 m/s: 20 s and 100 m to sink 30 m.
+RTL_RETURN_ALT 30 m, MPC_XY_CRUISE 5 m/s; down at 1.5 m/s, from 10 to 5 m in 4.8 s, at 0.7 m/s: 25.2 s in
+all, and 126 m.
 """
 
 from __future__ import annotations
@@ -85,6 +86,24 @@ def test_how_far_it_flies_while_it_sinks_decides(north_m: float, severity: Sever
     over_ground = found(one, PX4, "RTL_TYPE,1\n", terrain=ground(0.0))
     left_open = [f for f in over_ground if f.code == "X904" and "sinks on its way" in f.message]
     assert bool(left_open) is (severity is W)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "north_m", "severity"),
+    [
+        # 2 m at 1.5 m/s, 4.8 s, 7.1 s: 66 m, of which 0.8 are 53 m.
+        (12, 51.0, W),
+        (12, 55.0, E),
+        (5.5, 9.0, W),  # nearer than 10 m
+    ],
+)
+def test_from_low_down_it_does_not_fly_as_far(
+    height_m: float, north_m: float, severity: Severity
+) -> None:
+    one = mission(takeoff(5), waypoint(8, 5), land(north_m))
+    speed_m_s = 1 if north_m < 10.0 else 5
+    given = f"RTL_TYPE,1\nRTL_RETURN_ALT,{height_m}\nRTL_MIN_DIST,5\nMPC_XY_CRUISE,{speed_m_s}\n"
+    assert told(one, given) == [severity]
 
 
 @pytest.mark.parametrize(("height_m", "severities"), [(30.0, [E]), (32.0, [])])
