@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -152,6 +152,17 @@ def near_home_cut(lines: FlightLines, clearance_m: float) -> FlightLines:
         return lines
     both = FlightLines.joined([lines.select(~near), lines.select(near).cut(PART_M)])
     return both.select(np.argsort(both.owner, kind="stable"))
+
+
+def sides_of(lines: FlightLines, beside_m: float) -> list[FlightLines]:
+    """Return lines so far to one side of others, and to the other side."""
+    way_m = (lines.end_m - lines.start_m)[:, :2]
+    across = np.column_stack((-way_m[:, 1], way_m[:, 0], np.zeros(len(way_m))))
+    across *= beside_m / np.maximum(np.hypot(*way_m.T), SAME_PLACE_M)[:, None]
+    return [
+        replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
+        for side in (-across, across)
+    ]
 
 
 class Lowest(Value, kw_only=False, eq=False):

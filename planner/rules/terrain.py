@@ -27,12 +27,13 @@ from planner.rules.clearance import (
     led_heights_m,
     near_home_cut,
     nearest_m,
+    sides_of,
     too_near_text,
 )
 from planner.rules.declaration import TERRAIN, NotEvaluated, judges
 from planner.rules.terrain_following import FollowingLegs, following_parameters, follows_terrain
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN, return_spacing_m, returns_too_low
-from planner.values import Value, replace
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,10 +46,10 @@ if TYPE_CHECKING:
     from planner.rules.clearance import Clearance
     from planner.rules.declaration import Found
 
-_IN_THE_AIR = frozenset(
+IN_THE_AIR = frozenset(
     {StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT}
 )
-_OVER_GROUND = (_IN_THE_AIR - {StageKind.CIRCLE}) | {StageKind.RETURN}
+_OVER_GROUND = (IN_THE_AIR - {StageKind.CIRCLE}) | {StageKind.RETURN}
 """Stages with a straight leg that may follow the ground."""
 _LEVEL_WITHIN_M = 1.0
 """Nearer to home's height, rounding may be meant. [m]"""
@@ -262,16 +263,7 @@ def _beside(a: Assessment, terrain: TerrainGrid, flown: _Flown) -> Iterator[Foun
     lines = flown_lines(path, flown.legs[~np.array(follows)])
     if not len(lines.owner) or error_m <= 0.0:
         return
-    way_m = (lines.end_m - lines.start_m)[:, :2]
-    across = np.column_stack((-way_m[:, 1], way_m[:, 0], np.zeros(len(way_m))))
-    across *= error_m / np.maximum(np.hypot(*way_m.T), SAME_PLACE_M)[:, None]
-    sides = FlightLines.joined(
-        [
-            replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
-            for side in (-across, across)
-        ]
-        + [_around(lines, error_m)]
-    )
+    sides = FlightLines.joined([*sides_of(lines, error_m), _around(lines, error_m)])
     sides = near_home_cut(sides.select(np.argsort(sides.owner, kind="stable")), a.setup.clearance_m)
     led_m = led_heights_m(a)[path.item]
     clearance = clearance_of(a, terrain, sides, led_m=led_m[sides.owner], beside_m=error_m)
@@ -362,7 +354,7 @@ def _highest_beside(
 def _follows_too_low(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where ArduPilot follows the ground nearer to it than asked for."""
     for stage in a.route.stages:
-        if stage.kind not in _IN_THE_AIR or not follows_terrain(a, stage.item):
+        if stage.kind not in IN_THE_AIR or not follows_terrain(a, stage.item):
             continue
         height_m = a.mission.items[stage.item - 1].altitude_m or 0.0
         if 0.0 != height_m < a.setup.clearance_m:  # at 0 ArduPilot keeps its height

@@ -15,10 +15,11 @@ from planner.rules.clearance import (
     SAME_PLACE_M,
     STEEPEST_RISE,
     STRAIGHT_M,
+    sides_of,
     too_near_text,
 )
 from planner.rules.declaration import ARDUPILOT, TERRAIN, judges
-from planner.rules.terrain import BELOW_TERRAIN
+from planner.rules.terrain import BELOW_TERRAIN, IN_THE_AIR
 from planner.rules.terrain_following import (
     following_parameters,
     follows_terrain,
@@ -26,7 +27,7 @@ from planner.rules.terrain_following import (
     returns_follow_terrain,
 )
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN
-from planner.values import Value, replace
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -137,13 +138,16 @@ def _follows_posts(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     rows = [
         row
         for row, stage in enumerate(stages)
-        if row and stage.kind in _FOLLOWS and follows_terrain(a, stage.item)
+        if row and stage.kind in IN_THE_AIR | {StageKind.RETURN} and follows_terrain(a, stage.item)
     ]
     if not rows:
         return
+    from planner.flight.path import FlightLines
+
     ground = PostedGround.of(a, terrain)
     lines = _followed_lines(a, ground, rows)
-    lowest = _lowest(a, ground, _with_sides(lines, a.setup.position_margin_m))
+    sides = sides_of(lines, a.setup.position_margin_m)
+    lowest = _lowest(a, ground, FlightLines.joined([lines, *sides]))
     if lowest is not None:
         clearance_m, row = lowest
         yield a.finding(
@@ -175,18 +179,6 @@ def _returns_follow_posts(
             item=a.route.stages[int(sample.points.stage[row])].item,
             fix=_FIX,
         )
-
-
-_FOLLOWS = frozenset(
-    {
-        StageKind.GO,
-        StageKind.SPLINE,
-        StageKind.LOITER,
-        StageKind.CIRCLE,
-        StageKind.CHANGE_HEIGHT,
-        StageKind.RETURN,
-    }
-)
 
 
 def _text(a: Assessment, ground: PostedGround, clearance_m: float) -> str:
@@ -234,20 +226,6 @@ def _followed_lines(a: Assessment, ground: PostedGround, rows: list[int]) -> Fli
         start_m[:, 2], end_m[:, 2] = asked_m[:-1], asked_m[1:]
         found.append(FlightLines(start_m=start_m, end_m=end_m, owner=np.full(len(legs), row)))
     return FlightLines.joined(found)
-
-
-def _with_sides(lines: FlightLines, beside_m: float) -> FlightLines:
-    """Return lines, and those so far to both sides of them."""
-    from planner.flight.path import FlightLines
-
-    way_m = (lines.end_m - lines.start_m)[:, :2]
-    across = np.column_stack((-way_m[:, 1], way_m[:, 0], np.zeros(len(way_m))))
-    across *= beside_m / np.maximum(np.hypot(*way_m.T), SAME_PLACE_M)[:, None]
-    sides = [
-        replace(lines, start_m=lines.start_m + side, end_m=lines.end_m + side)
-        for side in (across, -across)
-    ]
-    return FlightLines.joined([lines, *sides])
 
 
 def _lowest(a: Assessment, ground: PostedGround, lines: FlightLines) -> tuple[float, int] | None:
