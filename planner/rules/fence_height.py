@@ -56,7 +56,8 @@ FENCE_HEIGHT = Rule(
     "breaches the fence on every return.",
     how="The highest place of the flight above the home that counts then, along the whole path (splines "
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
-    "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it, but over the hills of --terrain "
+    "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; legs that follow terrain are as high as that is between its "
+    "posts, as in A102; its returns stay below it, but over the hills of --terrain "
     "where RTL_ALT_TYPE has them follow it, or where DO_FENCE_ENABLE 1 stands behind another DO_ item right "
     "before the return); the lowest place between "
     "take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground and landings where "
@@ -250,14 +251,18 @@ def _flown_heights(a: Assessment) -> _FlownHeights:
     flight, a limit counts from the height there is then.  How high a return climbs is looked at by itself.
     """
     from planner.flight.path import flown_path
+    from planner.rules.terrain_posts import heights_by_posts_m
 
     stages, returns = a.route.stages, a.returns
     every = np.arange(len(stages))
     end_m = np.array([stage.height_m for stage in stages])
-    start_m = np.concatenate((end_m[:1], end_m[:-1]))
+    by_posts, posted_m = heights_by_posts_m(a)
+    begins_by_posts = np.isin(every - 1, by_posts)
+    start_m = np.where(begins_by_posts, end_m, np.concatenate((end_m[:1], end_m[:-1])))
     flies = np.array([stage.kind not in _ON_THE_GROUND for stage in stages])
     begins_m = np.where(np.concatenate(([False], flies[:-1])), start_m, np.inf)
     least_m = np.where(flies, np.minimum(begins_m, end_m), np.inf)
+    most_m = np.maximum(start_m, end_m)
 
     motion = a.flight.motion
     path = flown_path(motion, with_heights=True)
@@ -266,15 +271,16 @@ def _flown_heights(a: Assessment) -> _FlownHeights:
     is_level = ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
     # A return that began while the fence was off climbs past a ceiling that is switched on meanwhile.
     judged = [s.kind in _PATH_JUDGED or s.return_ceiling_m == math.inf for s in stages]
-    kept = np.array(judged)[stage]
-    parts = np.concatenate((every, stage[kept]))
+    kept = np.array(judged)[stage] & ~np.isin(stage, by_posts)
+    every = every[~np.isin(every, by_posts)]
+    parts = np.concatenate((every, stage[kept], by_posts))
     datum_m = returns.destinations.home_datum_m[returns.destinations.home_of(parts)]
     least_leg_m = np.where(is_level, legs_m.min(axis=0), np.inf)
     return _FlownHeights(
         assessment=a,
         stage=parts,
-        highest_m=np.concatenate((np.maximum(start_m, end_m), legs_m.max(axis=0)[kept])) - datum_m,
-        lowest_m=np.concatenate((least_m, least_leg_m[kept])) - datum_m,
+        highest_m=np.concatenate((most_m[every], legs_m.max(axis=0)[kept], posted_m[1])) - datum_m,
+        lowest_m=np.concatenate((least_m[every], least_leg_m[kept], posted_m[0])) - datum_m,
     )
 
 
@@ -294,8 +300,9 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
     places = returns.destinations
     heights_m = []
     for own in points:
-        corners_m, _ = returns.straight_corners_m(own, returns.chosen(own))
-        top_m = np.maximum(corners_m[:, 2, 2], tops_over_terrain_m(a, corners_m))
+        homeward = returns.chosen(own)
+        corners_m, _ = returns.straight_corners_m(own, homeward)
+        top_m = np.maximum(corners_m[:, 2, 2], tops_over_terrain_m(a, own, homeward))
         top_m -= places.home_datum_m[places.home_of(own.stage)]
         heights_m.append(top_m[is_on[own.stage]])
     return float(np.concatenate(heights_m).max(initial=0.0))

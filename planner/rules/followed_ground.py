@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HOME
 from planner.rules.declaration import ARDUPILOT, BUDGET, POWER, TERRAIN, NotEvaluated, judges
-from planner.rules.terrain_following import returns_follow_terrain
+from planner.rules.terrain_following import returns_above_m, returns_follow_terrain
 from planner.units import GRAVITY_M_S2, wh_from_j
 
 if TYPE_CHECKING:
@@ -160,9 +160,8 @@ def _extra_wh(
     length_m = np.hypot(*(ways_m[:, 1] - ways_m[:, 0])[:, :2].T)
     level_s = length_m[ground.line] * (ground.end - ground.start) / own.return_speed_m_s
     steep_s = rises_m / own.climb_speed_m_s + falls_m / own.descent_speed_m_s - level_s
-    # It keeps the height it has above the ground, RTL_ALT at least (`ModeRTL::compute_return_target`).
     now_m, predicted_m = corners_m[:, 1, 2], corners_m[:, 2, 2]
-    above_m = np.fmax(now_m - first_m, own.return_altitude_m)
+    above_m = returns_above_m(a, sample.points, sample.destination, below_m=first_m, ahead_m=last_m)
     first_climb_m = np.maximum(first_m + above_m - predicted_m, 0.0)
     climb_m = np.maximum(first_m + above_m - now_m, 0.0) + summed(rises_m) - (predicted_m - now_m)
     descent_m = np.maximum(last_m + above_m - corners_m[:, 3, 2], 0.0)

@@ -14,13 +14,14 @@ from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name, is_navigation
 from planner.rules.declaration import EXTREMES, PROFILE, judges
 from planner.rules.terrain_following import tops_over_terrain_m
+from planner.rules.terrain_posts import heights_by_posts_m
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from planner.arrays import FloatArray
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.path import FlownPath
     from planner.flight.prediction import Extremes
@@ -126,13 +127,10 @@ def _too_high_for_site(
     if reach.height_m[row] > highest_m + _ROUNDING_M:  # a return may climb higher than every place
         highest_m, item = float(reach.height_m[row]), int(reach.item[row])
         where = f" {reach.where(row)}"
-    sample = a.returns.sample
-    if sample is not None:
-        corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
-        tops_m = tops_over_terrain_m(a, corners_m)
+    for stage, tops_m, over in _tops_over_ground_m(a):
         if (top_m := float(tops_m.max(initial=-np.inf))) > highest_m:
-            highest_m, where = top_m, " on a return over the ground"
-            item = int(a.route.stages[int(sample.points.stage[tops_m.argmax()])].item)
+            highest_m, where = top_m, over
+            item = a.route.stages[int(stage[tops_m.argmax()])].item
     if limit_m is not None and highest_m > limit_m + _ROUNDING_M:
         yield a.finding(
             TOO_HIGH_FOR_SITE,
@@ -140,6 +138,16 @@ def _too_high_for_site(
             f"allows {quantity.height(limit_m)}",
             item=item,
         )
+
+
+def _tops_over_ground_m(a: Assessment) -> Iterator[tuple[IntArray, FloatArray, str]]:
+    """Yield stages, the heights above home of what follows the ground there, and what that is. (n,), (n,)"""
+    stage, (_, most_m) = heights_by_posts_m(a)
+    yield stage, most_m, " over the ground"
+    sample = a.returns.sample
+    if sample is not None:
+        tops_m = tops_over_terrain_m(a, sample.points, sample.destination)
+        yield sample.points.stage, tops_m, " on a return over the ground"
 
 
 TOO_FAR_FOR_SITE = Rule(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,8 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
+    from planner.flight.path import FlightLines
+    from planner.flight.returns.path import ReturnPoints
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -24,6 +27,17 @@ OVER_TERRAIN = 1
 """RTL_ALT_TYPE for heights above terrain."""
 _MOST_PLACES = 4000
 """Of a leg at which the ground is looked up."""
+_METRES_PER_DEGREE = 111_318.845
+"""Of latitude, as ``Location`` has it (LOCATION_SCALING_FACTOR)."""
+_EAST_OFF_M = (-15.0, 0.0, 15.0)
+"""How far posts may be off to the east: longitudes are scaled at the middle between a whole degree and the
+place, or a block of 2.8 km; ground stations fill blocks by their own geodesy. [m]"""
+_ROWS = 2**17
+"""More posts than there are on a degree, 1 m apart."""
+_PART_M = 10.0
+"""Ground between posts bends where their rows are crossed: lines are judged in parts so long. [m]"""
+_MOST_PARTS = 50_000
+"""But in so many at most: the ground of the grid counts at every bend of it all the same."""
 
 
 def follows_terrain(a: Assessment, number: int) -> bool:
@@ -74,24 +88,74 @@ def ends_above_ground_m(a: Assessment) -> FloatArray:
     return np.asarray(place_m[:, 2] - np.nan_to_num(ground_m))
 
 
-def tops_over_terrain_m(a: Assessment, corners_m: FloatArray) -> FloatArray:
+def followed_m(
+    a: Assessment, terrain: TerrainGrid, east_m: FloatArray, north_m: FloatArray
+) -> FloatArray:
+    """Return the height above the first home of the ground that is followed, each way it may be. (k, …) [m]
+
+    By a rangefinder that of ``terrain``, else of its posts, wherever these are.
+    """
+    where = a.route.frame.latitude_longitude_deg(east_m, north_m)
+    if reach_down_m(a) is not None:
+        ground_m = terrain.height_amsl_m(*where).filled(np.nan)[None]
+    else:
+        ground_m = PostedGround.of(a, terrain).each_amsl_m(*where)
+    return np.asarray(ground_m - a.route.ground_datum_m)
+
+
+def returns_above_m(
+    a: Assessment,
+    points: ReturnPoints,
+    destination: IntArray,
+    *,
+    below_m: FloatArray,
+    ahead_m: FloatArray,
+) -> FloatArray:
+    """Return the height above the ground that returns keep which follow it. (n,) [m]
+
+    ``below_m`` and ``ahead_m`` are the heights of the ground above the first home where they set out, and
+    where they lead to (n,).  ``ModeRTL::compute_return_target``: as of a return above home, but that the
+    fence lowers it by what it is too high over its target.
+    """
+    from planner.flight.motion.ardupilot.stages import known_ceiling_m, return_height_m
+
+    own = following_parameters(a)
+    targets = a.returns.destinations.targets(points.stage, destination, points.stop_m)
+    start_m, place_m = points.stop_m.copy(), targets.ground_m.copy()
+    start_m[:, 2] -= below_m
+    place_m[:, 2] += targets.above_ground_m - ahead_m
+    ceiling_m = known_ceiling_m(targets.return_ceiling_m, own) + targets.datum_m - ahead_m
+    return return_height_m(start_m, place_m, np.zeros(len(start_m)), ceiling_m, own)
+
+
+def tops_over_terrain_m(a: Assessment, points: ReturnPoints, destination: IntArray) -> FloatArray:
     """Return the greatest height above the first home of returns that may follow the ground of --terrain.
 
-    Where none does, or the ground is not known, −∞.  ``corners_m`` are those of `Returns.straight_corners_m`.
-    (n,) [m]
+    Where none does, or the ground is not known, −∞. (n,) [m]
     """
-    terrain, tops_m = a.setup.terrain, np.full(len(corners_m), -np.inf)
-    own = ARDUPILOT.of(a)
-    if terrain is None or own is None or not returns_follow_terrain(a):
+    from planner.flight.path import FlightLines
+
+    terrain, tops_m = a.setup.terrain, np.full(len(destination), -np.inf)
+    if terrain is None or not len(destination) or not returns_follow_terrain(a):
         return tops_m
-    ways_m = corners_m[:, 2:4, :2]
-    ground = terrain.under(*a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1]))
-    ground_m = ground.ground_amsl_m.max(axis=1) - a.route.ground_datum_m
-    begins = np.flatnonzero(np.diff(ground.line, prepend=-1))
-    below_m = ground.ground_amsl_m[begins, 0] - a.route.ground_datum_m
-    above_m = np.fmax(corners_m[:, 1, 2] - below_m, own.return_altitude_m)
-    np.fmax.at(tops_m, ground.line, ground_m + above_m[ground.line])
+    corners_m, _ = a.returns.straight_corners_m(points, destination)
+    ways = FlightLines(
+        start_m=corners_m[:, 2], end_m=corners_m[:, 3], owner=np.arange(len(corners_m))
+    )
+    parts = ways.cut(followed_part_m(ways))
+    ends_m = [followed_m(a, terrain, *ends[:, :2].T) for ends in (ways.start_m, ways.end_m)]
+    ground_m = followed_m(a, terrain, *parts.end_m[:, :2].T)
+    for below_m, ahead_m, own_m in zip(*ends_m, ground_m, strict=True):
+        above_m = returns_above_m(a, points, destination, below_m=below_m, ahead_m=ahead_m)
+        highest_m = below_m.copy()
+        np.fmax.at(highest_m, parts.owner, own_m)
+        tops_m = np.fmax(tops_m, highest_m + above_m)
     return tops_m
+
+
+def followed_part_m(lines: FlightLines) -> float:
+    """Return how long the parts are in which lines over ground that is followed are judged. [m]"""
+    return max(_PART_M, float(lines.length_m.sum()) / _MOST_PARTS)
 
 
 def reach_down_m(a: Assessment) -> float | None:
@@ -99,6 +163,87 @@ def reach_down_m(a: Assessment) -> float | None:
     from planner.rules.arming_checks import rangefinder_reach_m
 
     return rangefinder_reach_m(numbers(a))
+
+
+def spacing_m(a: Assessment) -> float:
+    """Return how far apart the posts are by which ArduPilot knows the ground. [m]"""
+    return max(numbers(a).get("TERRAIN_SPACING", 100.0), 1.0)
+
+
+class PostedGround(Value, eq=False):
+    """The ground as ArduPilot follows it: straight between posts, lifted to be right at home.
+
+    Notes
+    -----
+    ``AP_Terrain::calculate_grid_info`` and ``height_amsl``: posts TERRAIN_SPACING apart from the next whole
+    degrees to the south and west, bilinear between; a ground station sends the ground at the posts.
+    ``update_reference_offset`` adds what home is above that, TERRAIN_OFS_MAX at most.  Flown: a hill of
+    20 m, 90 m wide, between two posts was flown through at the height of the plain.
+    """
+
+    terrain: TerrainGrid
+    home_deg: tuple[float, float]
+    spacing_m: float
+    most_offset_m: float
+
+    @classmethod
+    def of(cls, a: Assessment, terrain: TerrainGrid) -> PostedGround:
+        """Return the ground that the vehicle of a flight follows."""
+        given = numbers(a)
+        latitude, longitude = a.route.frame.latitude_longitude_deg(np.zeros(1), np.zeros(1))
+        return cls(
+            terrain=terrain,
+            home_deg=(float(latitude[0]), float(longitude[0])),
+            spacing_m=spacing_m(a),
+            most_offset_m=max(given.get("TERRAIN_OFS_MAX", 30.0), 0.0),
+        )
+
+    def each_amsl_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> FloatArray:
+        """Return the height of the ground that is followed, by each place its posts may be at. (3, …) [m]"""
+        home_deg = np.array([self.home_deg[0]]), np.array([self.home_deg[1]])
+        each = []
+        for off_m in _EAST_OFF_M:
+            above_m = self._known_m(*home_deg) - self._posted_m(*home_deg, off_m)
+            offset_m = np.clip(np.nan_to_num(above_m), -self.most_offset_m, self.most_offset_m)
+            each.append(self._posted_m(latitude_deg, longitude_deg, off_m) + offset_m)
+        return np.array(each)
+
+    def _known_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> FloatArray:
+        return np.asarray(self.terrain.height_amsl_m(latitude_deg, longitude_deg).filled(np.nan))
+
+    def _posted_m(
+        self, latitude_deg: FloatArray, longitude_deg: FloatArray, off_m: float
+    ) -> FloatArray:
+        south, west = np.floor(latitude_deg), np.floor(longitude_deg)
+        north = (latitude_deg - south) * _METRES_PER_DEGREE / self.spacing_m
+        east = (longitude_deg - west) * _east_m(south, latitude_deg) + off_m
+        east /= self.spacing_m
+        row, column = np.floor(north), np.floor(east)
+        # Most places share their four posts with those beside them.
+        square = ((south + 90.0) * 360.0 + west + 180.0) * _ROWS**2 + row * _ROWS + column
+        _, first, of_place = np.unique(square, return_index=True, return_inverse=True)
+        of_place = of_place.reshape(square.shape)
+        corner_deg = [one.ravel()[first] for one in (south, west)]
+        corner = [one.ravel()[first] for one in (row, column)]
+        height_m = np.zeros(north.shape)
+        for up, right in product((0.0, 1.0), repeat=2):
+            weight = np.abs(1.0 - up - (north - row)) * np.abs(1.0 - right - (east - column))
+            post_deg = corner_deg[0] + (corner[0] + up) * self.spacing_m / _METRES_PER_DEGREE
+            post_east_m = (corner[1] + right) * self.spacing_m - off_m
+            post_m = self._known_m(
+                post_deg, corner_deg[1] + post_east_m / _east_m(corner_deg[0], post_deg)
+            )[of_place]
+            is_known = ~np.isnan(post_m)
+            if not is_known.all():
+                # Beyond the end of the grid a post is as high as the ground here.
+                post_m = np.where(is_known, post_m, self._known_m(latitude_deg, longitude_deg))
+            height_m += weight * post_m
+        return height_m
+
+
+def _east_m(south_deg: FloatArray, latitude_deg: FloatArray) -> FloatArray:
+    """Return the length of a degree of longitude, as ``Location::get_distance_NE`` scales it. [m]"""
+    return np.asarray(_METRES_PER_DEGREE * np.cos(np.radians(0.5 * (south_deg + latitude_deg))))
 
 
 class FollowingLegs(Value, eq=False):
@@ -125,8 +270,8 @@ class FollowingLegs(Value, eq=False):
         for start_m, end_m, long_m in zip(self.start_m, self.end_m, length_m, strict=True):
             count = min(int(long_m / max(terrain.cell_m, PART_M)) + 2, _MOST_PLACES)
             places_m = start_m + np.linspace(0.0, 1.0, count)[:, None] * (end_m - start_m)
-            where = a.route.frame.latitude_longitude_deg(*places_m.T)
-            ground_m.append(terrain.height_amsl_m(*where).filled(np.nan))
+            each_m = followed_m(a, terrain, *places_m.T)
+            ground_m.append(each_m[len(each_m) // 2])
         is_known = np.array([not np.isnan(own).any() for own in ground_m], np.bool_)
         level = [
             own if known else np.zeros(2) for own, known in zip(ground_m, is_known, strict=True)

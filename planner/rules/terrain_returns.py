@@ -28,8 +28,10 @@ from planner.rules.declaration import ARDUPILOT, PX4, TERRAIN, NotEvaluated, jud
 from planner.rules.terrain_following import (
     OVER_TERRAIN,
     FollowingLegs,
+    followed_m,
     follows_terrain,
     reach_down_m,
+    returns_above_m,
     returns_follow_terrain,
 )
 from planner.values import replace
@@ -104,9 +106,11 @@ def _returns_too_late(
     climbed_m = length_m * parameters.climb_speed_m_s / parameters.return_speed_m_s
     behind_m = np.bincount(ground.line, np.maximum(rise_m - climbed_m, 0.0), len(ways_m))
     chosen = np.argsort(-behind_m, kind="stable")[:_STEEPEST_RETURNS]
-    first = np.searchsorted(ground.line, chosen)
-    above_m = corners_m[chosen, 1, 2] - (ground.ground_amsl_m[first, 0] - a.route.ground_datum_m)
-    above_m = np.fmax(above_m, parameters.return_altitude_m)
+    below_m, ahead_m = (
+        followed_m(a, terrain, *ways_m[chosen, end].T).max(axis=0) for end in (0, 1)
+    )
+    points, homeward = sample.points.select(chosen), sample.destination[chosen]
+    above_m = returns_above_m(a, points, homeward, below_m=below_m, ahead_m=ahead_m)
     one = np.ones(len(chosen))
     least_m = FollowingLegs(
         start_m=ways_m[chosen, 0],

@@ -35,7 +35,7 @@ from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
 from planner.rules.ledger import Outcome
-from planner.rules.terrain_posts import PostedGround
+from planner.rules.terrain_following import PostedGround
 from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -453,7 +453,7 @@ def test_a_return_above_terrain_without_terrain_asks_for_it(
     ("ceiling_m", "parameters", "fires"),
     [
         (103, "6000\nRTL_ALT_TYPE,1\n", False),
-        (99, "6000\nRTL_ALT_TYPE,1\n", True),  # 60 m above a ridge of 40 m
+        (99, "6000\nRTL_ALT_TYPE,1\n", True),  # 60 m above a ridge of 40 m, on the posts
         (99, "6000\nRTL_ALT_TYPE,1\nTERRAIN_ENABLE,0\n", False),
         (99, "6000\nRTL_ALT_TYPE,0\n", False),
         # Higher than RTL_ALT it returns as high above the ground as it is.
@@ -465,7 +465,7 @@ def test_a_return_over_terrain_is_as_high_as_the_ground_it_follows(
 ) -> None:
     one = mission(takeoff(60), waypoint(500, 60), item(21, north(500)))
     given = f"FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,{ceiling_m}\nRTL_ALT,{parameters}"
-    found = findings(one, ground(40.0), Autopilot.ARDUPILOT, given)
+    found = findings(one, ground(40.0, at_m=290.0), Autopilot.ARDUPILOT, given)
     assert [f.message for f in of("F110", found)] == [
         f"a return climbs to 100 m above home; FENCE_ALT_MAX is {ceiling_m} m"
     ] * fires
@@ -824,8 +824,94 @@ def test_ground_that_home_is_above_is_followed_as_far_as_the_offset_allows(
     known = PostedGround(
         terrain=ground(8.0), home_deg=(north(250), 8.0), spacing_m=100.0, most_offset_m=most_m
     )
-    plain = known.lowest_amsl_m(np.array([north(450)]), np.array([8.0]))
-    assert plain == pytest.approx([400.0 + lifted_m])
+    plain = known.each_amsl_m(np.array([north(450)]), np.array([8.0]))
+    assert plain == pytest.approx(400.0 + lifted_m)
+
+
+def fence_over(
+    terrain: TerrainGrid, home_m: float, places: tuple[MissionItem, ...], more: str
+) -> list[Severity]:
+    """Return how grave the heights of a flight are to a fence, from home ``home_m`` north of 47°."""
+    datum_m = float(terrain.height_amsl_m(north(home_m), 8.0))
+    home = replace(HOME, latitude_deg=north(home_m), altitude_amsl_m=datum_m)
+    found = findings(
+        replace(mission(takeoff(30.0), speed(2.0), *places, rtl()), home=home),
+        terrain,
+        Autopilot.ARDUPILOT,
+        f"TERRAIN_ENABLE 1\nTERRAIN_OFS_MAX 30\nRTL_ALT 2000\nFENCE_ENABLE 1\n{more}",
+    )
+    return [one.severity for one in of("F110", found)]
+
+
+OVER_THE_PLAIN = (item(16, north(350), 40.0, frame=10), item(16, north(440), 40.0, frame=10))
+
+
+@pytest.mark.parametrize(
+    ("bank_m", "more", "expected"),
+    [
+        # Home on a roof between posts lifts all that follows them by its height: 40 m over the plain are 40 m
+        # above home.  Flown by a build: the ceiling at 35 m ended the mission.
+        (15.0, "FENCE_TYPE 1\nFENCE_ALT_MAX 35\n", [Severity.ERROR]),
+        (15.0, "FENCE_TYPE 1\nFENCE_ALT_MAX 40.4\n", [Severity.ERROR]),
+        (15.0, "FENCE_TYPE 1\nFENCE_ALT_MAX 40.6\n", [Severity.WARNING]),
+        (15.0, "FENCE_TYPE 1\nFENCE_ALT_MAX 42.1\n", []),
+        # Not lifted they are 25 m above home; the take-off goes to 30 m.
+        (15.0, "FENCE_TYPE 1\nFENCE_ALT_MAX 35\nTERRAIN_OFS_MAX 0\n", []),
+        # In a yard 15 m deep it is lowered to 40 m above home, which the ground alone would have at 55 m.
+        (-15.0, "FENCE_TYPE 8\nFENCE_ALT_MIN 41\n", [Severity.ERROR]),
+    ],
+)
+def test_legs_by_posts_are_as_far_above_home_as_they_are_lifted(
+    bank_m: float, more: str, expected: list[Severity]
+) -> None:
+    places = (
+        (item(16, north(250), 60.0), *OVER_THE_PLAIN) if "FENCE_TYPE 8" in more else OVER_THE_PLAIN
+    )
+    assert fence_over(ground(bank_m, at_m=250.0), 250.0, places, more) == expected
+
+
+@pytest.mark.parametrize(
+    ("ceiling_m", "expected"), [(56.0, [Severity.ERROR]), (57.0, [Severity.WARNING]), (58.5, [])]
+)
+def test_a_ridge_on_a_post_lifts_the_legs_beside_it(
+    ceiling_m: float, expected: list[Severity]
+) -> None:
+    """It is on posts 300 m north, not on those before: 280 m north are 16 m, and 40 m above that."""
+    places = (item(16, north(150), 40.0, frame=10), item(16, north(280), 40.0, frame=10))
+    more = f"FENCE_TYPE 1\nFENCE_ALT_MAX {ceiling_m}\n"
+    assert fence_over(ground(20.0, at_m=290.0), 0.0, places, more) == expected
+
+
+@pytest.mark.parametrize(
+    ("ridge_m", "expected"), [(0.0, []), (1.4, [Severity.WARNING]), (1.6, [Severity.ERROR])]
+)
+def test_a_return_over_the_ground_is_lowered_by_the_fence_over_home(
+    ridge_m: float, expected: list[Severity]
+) -> None:
+    """RTL_ALT 120 m becomes 98 m, FENCE_MARGIN below a ceiling of 100 m, but above the ground all the way.
+
+    Flown by a build over level ground: 98.0 m, no breach.
+    """
+    places = (item(16, north(200), 40.0), item(16, north(500), 40.0))
+    more = "FENCE_TYPE 1\nFENCE_ALT_MAX 100\nRTL_ALT_TYPE 1\nRTL_ALT 12000\n"
+    assert fence_over(ground(ridge_m, at_m=300.0), 0.0, places, more) == expected
+
+
+@pytest.mark.parametrize(("more", "fires"), [("", False), ("TERRAIN_SPACING 10\n", True)])
+def test_a_gorge_between_posts_is_not_flown_into(more: str, *, fires: bool) -> None:
+    """60 m wide and 40 m deep.  Flown by a build, by posts 100 m apart: 40.0 m above home all across."""
+    heights = np.full((ROWS, COLUMNS), 400.0)
+    heights[ROWS - 1 - 127 : ROWS - 1 - 121] -= 40.0
+    places = (item(16, north(m), 40.0, frame=10) for m in (50, 550))
+    found = findings(
+        mission(takeoff(40.0), *places, rtl()),
+        of_heights(heights, ground(0.0).tiles[0]),
+        Autopilot.ARDUPILOT,
+        f"TERRAIN_ENABLE 1\nRTL_ALT 9000\n{more}",
+        clearance_m=5.0,
+    )
+    late = [one for one in of("A102", found) if "rises faster" in one.message]
+    assert bool(late) is fires
 
 
 @pytest.mark.parametrize(("height_m", "fires"), [(24.1, True), (25.1, False)])

@@ -442,10 +442,15 @@ def return_height_m(
     if parameters.return_cone_slope >= _SHALLOWEST_CONE:
         cone = horizontal(start_m - place_m) * parameters.return_cone_slope
         height = np.minimum(height, np.maximum(cone, least))
+    height = np.minimum(height, known_ceiling_m(ceiling_m, parameters))
+    return np.asarray(datum_m + np.maximum(height, present))
+
+
+def known_ceiling_m(ceiling_m: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
+    """Return the ceilings of returns (n,), that of the parameters where one is NaN. (n,) [m]"""
     is_on = parameters.fence_enable and parameters.fence_type & _CEILING
     own_m = parameters.fence_height_max_m - parameters.fence_margin_m if is_on else math.inf
-    height = np.minimum(height, np.where(np.isnan(ceiling_m), own_m, ceiling_m))
-    return np.asarray(datum_m + np.maximum(height, present))
+    return np.where(np.isnan(ceiling_m), own_m, ceiling_m)
 
 
 def over_home_m(
