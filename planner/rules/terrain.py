@@ -31,7 +31,13 @@ from planner.rules.clearance import (
     too_near_text,
 )
 from planner.rules.declaration import TERRAIN, NotEvaluated, judges
-from planner.rules.terrain_following import FollowingLegs, following_parameters, follows_terrain
+from planner.rules.terrain_following import (
+    FollowingLegs,
+    following_parameters,
+    follows_terrain,
+    known_above_m,
+    returns_from_ends_m,
+)
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN, return_spacing_m, returns_too_low
 from planner.values import Value
 
@@ -377,11 +383,10 @@ def _follows_too_late(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
         return
     parameters = following_parameters(a)
     place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in stages])
-    ground_m = terrain.height_amsl_m(*a.route.frame.latitude_longitude_deg(*place_m[:, :2].T))
-    above_m = place_m[:, 2] - (ground_m.filled(np.nan) - a.route.ground_datum_m)
+    above_m, (ends, return_m) = known_above_m(a), returns_from_ends_m(a, terrain)
     stage = np.array(rows, np.intp)
     is_return = np.array([stages[row].kind is StageKind.RETURN for row in rows])
-    kept_m = np.fmax(above_m[stage - 1], parameters.return_altitude_m)
+    kept_m = return_m[ends.searchsorted(stage) - 1]
     asked_m = np.where(
         is_return[:, None],
         np.column_stack((kept_m, kept_m)),

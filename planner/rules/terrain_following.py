@@ -73,19 +73,25 @@ def returns_follow_terrain(a: Assessment) -> bool:
         return False
     reach_m = reach_down_m(a)
     if reach_m is not None:  # out of its reach ModeRTL begins again, above home
-        highest_m = float(np.nan_to_num(ends_above_ground_m(a)).max(initial=0.0))
+        highest_m = float(ends_above_ground_m(a).max(initial=0.0))
         return own.return_altitude_m <= reach_m and highest_m <= reach_m
     return bool(own.terrain_enable)
 
 
-def ends_above_ground_m(a: Assessment) -> FloatArray:
-    """Return the heights above the ground at which stages end; above home where it is not known. (n,) [m]"""
+def known_above_m(a: Assessment) -> FloatArray:
+    """Return the heights above the ground at which stages end; NaN where it is not known. (n,) [m]"""
     place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in a.route.stages])
     if a.setup.terrain is None:
-        return place_m[:, 2]
+        return np.full(len(place_m), np.nan)
     where = a.route.frame.latitude_longitude_deg(place_m[:, 0], place_m[:, 1])
     ground_m = a.setup.terrain.height_amsl_m(*where).filled(np.nan) - a.route.ground_datum_m
-    return np.asarray(place_m[:, 2] - np.nan_to_num(ground_m))
+    return np.asarray(place_m[:, 2] - ground_m)
+
+
+def ends_above_ground_m(a: Assessment) -> FloatArray:
+    """Return the heights above the ground at which stages end; above home where it is not known. (n,) [m]"""
+    known_m = known_above_m(a)
+    return np.where(np.isnan(known_m), [one.height_m for one in a.route.stages], known_m)
 
 
 def followed_m(
@@ -101,6 +107,11 @@ def followed_m(
     else:
         ground_m = PostedGround.of(a, terrain).each_amsl_m(*where)
     return np.asarray(ground_m - a.route.ground_datum_m)
+
+
+def least_followed_m(a: Assessment, terrain: TerrainGrid, place_m: FloatArray) -> FloatArray:
+    """Return the height of the ground that is followed above home, at least. (n,) [m]"""
+    return np.asarray(followed_m(a, terrain, place_m[:, 0], place_m[:, 1]).min(axis=0))
 
 
 def returns_above_m(
@@ -126,6 +137,15 @@ def returns_above_m(
     place_m[:, 2] += targets.above_ground_m - ahead_m
     ceiling_m = known_ceiling_m(targets.return_ceiling_m, own) + targets.datum_m - ahead_m
     return return_height_m(start_m, place_m, np.zeros(len(start_m)), ceiling_m, own)
+
+
+def returns_from_ends_m(a: Assessment, terrain: TerrainGrid) -> tuple[IntArray, FloatArray]:
+    """Return the heights above the ground that returns from the ends of stages keep, and these stages. [m]"""
+    points = a.returns.end_points(a.returns.stage_ends)
+    homeward = a.returns.chosen(points)
+    corners_m, _ = a.returns.straight_corners_m(points, homeward)
+    below_m, ahead_m = (least_followed_m(a, terrain, corners_m[:, end]) for end in (2, 3))
+    return points.stage, returns_above_m(a, points, homeward, below_m=below_m, ahead_m=ahead_m)
 
 
 def tops_over_terrain_m(a: Assessment, points: ReturnPoints, destination: IntArray) -> FloatArray:

@@ -22,9 +22,12 @@ from planner.rules.terrain_following import (
     followed_m,
     followed_part_m,
     follows_terrain,
+    known_above_m,
+    least_followed_m,
     reach_down_m,
     returns_above_m,
     returns_follow_terrain,
+    returns_from_ends_m,
     spacing_m,
 )
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN
@@ -70,7 +73,7 @@ def _returns_follow_posts(
 
     corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
     ways_m = corners_m[:, 2:4].copy()
-    below_m, ahead_m = (_least_followed_m(a, terrain, ways_m[:, end]) for end in (0, 1))
+    below_m, ahead_m = (least_followed_m(a, terrain, ways_m[:, end]) for end in (0, 1))
     ways_m[..., 2] = returns_above_m(
         a, sample.points, sample.destination, below_m=below_m, ahead_m=ahead_m
     )[:, None]
@@ -119,11 +122,6 @@ def _text(a: Assessment, clearance_m: float) -> str:
     )
 
 
-def _least_followed_m(a: Assessment, terrain: TerrainGrid, place_m: FloatArray) -> FloatArray:
-    """Return the height of the ground that is followed above home, at least. (n,) [m]"""
-    return np.asarray(followed_m(a, terrain, place_m[:, 0], place_m[:, 1]).min(axis=0))
-
-
 def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> FlightLines:
     """Return the way of stages that follow the ground, at the height above it that is asked for.
 
@@ -133,11 +131,10 @@ def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> Fli
 
     stages = a.route.stages
     place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in stages])
-    where = a.route.frame.latitude_longitude_deg(place_m[:, 0], place_m[:, 1])
-    known_m = terrain.height_amsl_m(*where).filled(np.nan) - a.route.ground_datum_m
     follows = np.isin(np.arange(len(stages)), rows)
-    above_m = place_m[:, 2] - np.where(follows, known_m, _least_followed_m(a, terrain, place_m))
-    ends, return_m = _returns_from_ends_m(a, terrain)
+    followed_above_m = place_m[:, 2] - least_followed_m(a, terrain, place_m)
+    above_m = np.where(follows, known_above_m(a), followed_above_m)
+    ends, return_m = returns_from_ends_m(a, terrain)
     path = flown_path(a.flight.motion, straight_m=STRAIGHT_M)
     of_stage: IntArray = a.returns.segment_stage[path.segment]
     found = []
@@ -156,15 +153,6 @@ def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> Fli
         starts_m[:, 2], ends_m[:, 2] = asked_m[:-1], asked_m[1:]
         found.append(FlightLines(start_m=starts_m, end_m=ends_m, owner=np.full(len(legs), row)))
     return FlightLines.joined(found)
-
-
-def _returns_from_ends_m(a: Assessment, terrain: TerrainGrid) -> tuple[IntArray, FloatArray]:
-    """Return the heights above the ground that returns from the ends of stages keep, and these stages. [m]"""
-    points = a.returns.end_points(a.returns.stage_ends)
-    homeward = a.returns.chosen(points)
-    corners_m, _ = a.returns.straight_corners_m(points, homeward)
-    below_m, ahead_m = (_least_followed_m(a, terrain, corners_m[:, end]) for end in (2, 3))
-    return points.stage, returns_above_m(a, points, homeward, below_m=below_m, ahead_m=ahead_m)
 
 
 def _lowest(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> tuple[float, int] | None:
