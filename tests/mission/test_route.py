@@ -1194,6 +1194,8 @@ def test_px4_leaves_a_change_of_height_slowly_by_a_tangent(
         (PX4, (speed(3.0),), 1.0, True),
         (PX4, (speed(3.0),), 0.0, False),  # not taken
         (PX4, (waypoint(50, 20), speed(3.0)), 2.0, False),
+        # A gate is no place to it.  Flown: 0 m, disarmed after 13 s.
+        (PX4, (item(4501, north(150), 20.0),), 3.0, True),
         (ARDUPILOT, (speed(3.0),), 1.0, False),
     ],
 )
@@ -1209,6 +1211,33 @@ def test_px4_jumps_back_over_a_place_or_does_not_fly_on(
     )
     told = [(one.severity, one.item) for one in found.findings if one.code == "M121"]
     assert told == [(Severity.ERROR, 3 + len(loop))] * is_told
+
+
+@pytest.mark.parametrize(
+    ("forward", "back", "is_told"), [(1.0, 1.0, True), (0.0, 1.0, False), (1.0, 0.0, False)]
+)
+def test_px4_looks_past_the_place_that_a_forward_jump_leads_over(
+    forward: float,
+    back: float,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    """Its look takes the jump forward each time, past the waypoint.  Flown: 0 m, disarmed after 31 s."""
+    jumps = (
+        item(177, params=(to, n, 0.0, 0.0), frame=2) for to, n in ((6.0, forward), (3.0, back))
+    )
+    over, again = jumps
+    items = (
+        takeoff(20),
+        waypoint(50, 20),
+        over,
+        waypoint(100, 20),
+        speed(3.0),
+        speed(4.0),
+        again,
+        rtl(),
+    )
+    told = [one.item for one in route(*items, dialect=PX4).findings if one.code == "M121"]
+    assert told == [3] * is_told
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.mission.commands import Command, command_name, is_destination, is_navigation
+from planner.mission.commands import Command, command_name, is_navigation
 from planner.mission.route.queue import HELD, JUMPS
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.mission.items import MissionItem
@@ -33,6 +33,21 @@ _MOST_FOUND = 255
 """Items in which ArduPilot looks for the next place before it ends the mission."""
 _MOST_JUMPS = 64
 """That one search of ArduPilot follows."""
+_LOOKED_FOR = 2
+"""Places that PX4 looks ahead for (``Mission::setActiveMissionItems``)."""
+_PX4_PLACES = frozenset(
+    {
+        Command.NAV_WAYPOINT,
+        Command.NAV_LOITER_UNLIM,
+        Command.NAV_LOITER_TIME,
+        Command.NAV_LOITER_TO_ALT,
+        Command.NAV_TAKEOFF,
+        Command.NAV_LAND,
+        Command.NAV_VTOL_TAKEOFF,
+        Command.NAV_VTOL_LAND,
+    }
+)
+"""What it takes for one (``MissionBlock::item_contains_position``)."""
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
@@ -100,8 +115,9 @@ JUMP_WITHOUT_FLIGHT = Rule(
     why="The autopilot follows such a loop and never finds what to fly next (ArduPilot #4701).  PX4 does not "
     "count the jumps on that look ahead (MissionBase::getNextPositionItems): flown, it does not take off, or "
     "flies past its waypoint and takes no command.",
-    how="No item between the target of an endless jump and the jump is a flight or a wait; on PX4 of any "
-    "jump back, counted or not, none is a place.",
+    how="No item between the target of an endless jump and the jump is a flight or a wait; on PX4 the look "
+    "from each item for the next two places, along jumps that have turns left, comes to one jump twice with "
+    "no place (a CONDITION_GATE is none) between.",
     fix="add a waypoint to the loop, or write out what it repeats",
     instead="a loop with an item to fly",
 )
@@ -131,7 +147,6 @@ def flown_order(
             order = replace(order, findings=tuple(map(_of_one_autopilot, order.findings)))
     else:
         order = _in_turn(items, targets)
-        findings += _without_place(items, targets)
     findings += order.findings
     most = len(items) + MOST_VISITS
     if len(order.visits) > most:
@@ -144,32 +159,76 @@ def flown_order(
 
 
 def _in_turn(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> FlownOrder:
-    """Return the order of an autopilot that goes from item to item."""
+    """Return the order of PX4, which goes from item to item."""
     visits: list[int] = []
     taken: dict[int, int] = {}
     closed: tuple[int, int] | None = None
+    findings: dict[int, Finding] = {}
+
+    def leads_on(at: int) -> bool:
+        repeats = _repeats(items[at])
+        return repeats in _ENDLESS or taken.get(at, 0) < repeats
+
     at = 0
     while at < len(items) and len(visits) <= len(items) + MOST_VISITS:
         visits.append(at + 1)
         target = targets.get(at)
-        repeats = 0 if target is None else _repeats(items[at])
         if target is None:
             at += 1
+            stuck = _looks_round(items, targets, at, leads_on)
+            if stuck is not None and stuck not in findings:
+                findings[stuck] = _looks_without_end(items[stuck], stuck, targets[stuck])
         elif closed is not None and closed[0] == at:
             break
-        elif repeats in _ENDLESS and target <= at:
+        elif not leads_on(at):
+            at += 1
+        elif _repeats(items[at]) in _ENDLESS and target <= at:
             closed = (at, len(visits))
             at = target
-        elif repeats in _ENDLESS or taken.get(at, 0) < repeats:
+        else:
             taken[at] = taken.get(at, 0) + 1
             at = target
-        else:
-            at += 1
     return FlownOrder(
         visits=tuple(visits),
         lap_start=None if closed is None else closed[1],
         lap_item=None if closed is None else closed[0] + 1,
+        findings=tuple(findings.values()),
     )
+
+
+def _looks_round(
+    items: tuple[MissionItem, ...],
+    targets: Mapping[int, int],
+    at: int,
+    leads_on: Callable[[int], bool],
+) -> int | None:
+    """Return the jump that PX4 takes again and again on its look for its next places; ``None``: none.
+
+    ``MissionBase::getNextPositionItems``: it takes the jumps whose count is not used up, and does not count.
+    """
+    for _ in range(_LOOKED_FOR):
+        passed: set[int] = set()
+        is_place = False
+        while not is_place:
+            if at >= len(items):
+                return None
+            if at in targets and leads_on(at):
+                if at in passed:
+                    return at
+                passed.add(at)
+                at = targets[at]
+            else:
+                is_place = items[at].command in _PX4_PLACES
+                at += 1
+    return None
+
+
+def _looks_without_end(jump: MissionItem, at: int, target: int) -> Finding:
+    message = (
+        f"DO_JUMP to item {target + 1}: PX4 looks for its next place round that loop without end, past no "
+        "item with one, and does not fly on"
+    )
+    return JUMP_WITHOUT_FLIGHT.finding(message, item=at + 1, place=jump.place)
 
 
 class _Searches:
@@ -412,19 +471,6 @@ def _targets(
         message = f"{command_name(item.command)}: {problem}; predicted without the jump"
         findings.append(JUMP_TARGET.finding(message, item=at + 1, place=item.place))
     return targets, findings
-
-
-def _without_place(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> Iterator[Finding]:
-    """Yield the jumps back of PX4 over nothing that it flies to."""
-    for at, target in targets.items():
-        loop = items[target:at]
-        if loop and _repeats(items[at]) and not any(is_destination(one.command) for one in loop):
-            yield JUMP_WITHOUT_FLIGHT.finding(
-                f"DO_JUMP back to item {target + 1} over no item with a place: PX4 looks for the next place "
-                "round that loop without end, and does not fly on",
-                item=at + 1,
-                place=items[at].place,
-            )
 
 
 def is_counted(item: MissionItem) -> bool:
