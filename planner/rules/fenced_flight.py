@@ -76,6 +76,8 @@ class FencedFlight(Value, eq=False, dict=True):
     def ahead_m(self, reach_m: FloatArray) -> FloatArray:
         """Return the places so far straight ahead of each point; none of a braking begun already.
 
+        Where a leg has stopped, as far as it is carried beyond.
+
         Parameters
         ----------
         reach_m : ndarray
@@ -90,7 +92,19 @@ class FencedFlight(Value, eq=False, dict=True):
         speed = path.speed_m_s
         far = np.where(path.is_committed & (speed > _STANDING_M_S), reach_m, 0.0)
         step = far / np.maximum(speed, _STANDING_M_S)
-        return self.points_m + np.column_stack((path.east_m_s * step, path.north_m_s * step))
+        ahead = np.column_stack((path.east_m_s * step, path.north_m_s * step))
+        return self.points_m + ahead + self.overshoot_m
+
+    @cached_property
+    def overshoot_m(self) -> FloatArray:
+        """How far each point at which a leg stops is overshot, to the east and north. (n + 1, 2) [m]"""
+        path, stops = self.path, self.path.speed_m_s[1:] <= _STANDING_M_S
+        top_m_s = np.zeros(len(self.group_first) - 1)
+        np.maximum.at(top_m_s, self.group, path.speed_m_s[:-1])
+        way_m = np.where(stops, self.room.overshoot_m(top_m_s[self.group]), 0.0)
+        step = way_m / np.maximum(path.length_m, _NO_WAY_M)
+        step = np.where(path.length_m > _NO_WAY_M, step, 0.0)[:, None]
+        return np.vstack((np.zeros((1, 2)), np.diff(self.points_m, axis=0) * step))
 
     @cached_property
     def stopped_m(self) -> FloatArray:

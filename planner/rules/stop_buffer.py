@@ -38,8 +38,9 @@ STOP_BUFFER = Rule(
     how="At every place of the flight, straight on in the direction of motion: speed × reaction time + the "
     "model's stopping distance from that speed + reaction time × tailwind; and within the position error (or "
     "ArduPilot's FENCE_MARGIN_XY, or FENCE_MARGIN where that is 0) of all of that.  An error where the path "
-    "itself is within the position error of the fence, or a stop begun at once ends beyond it; a warning "
-    "where only the rest is not free.  --reaction-time is 1 s by default (an autopilot's own check takes "
+    "itself is within the position error of the fence, or a stop begun at once ends beyond it, or a full "
+    "stop of ArduPilot is carried beyond it (1.2 m from 10 m/s, by the square of the speed); a warning where "
+    "only the rest is not free.  --reaction-time is 1 s by default (an autopilot's own check takes "
     "some tenths of it, a hand on the switch all of it), --position-error 2.5 m (half of the fixes of a "
     "common single-frequency receiver are nearer).  Places where the vehicle is braking already count at the "
     "beginning and the end of the braking.",
@@ -164,22 +165,12 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         needed_m = float(np.hypot(*(end - start)))
         about_m = needed_m + margin_m
         free_m = _free_way_m(barrier, start, end, margin_m)
-        speed = float(flown.path.speed_m_s[narrow.point])
-        stop_m = float(flown.room.farthest_stop_m(speed))
-        message = (
-            f"stopping from {quantity.speed(speed)} takes {_metres(about_m)} "
-            f"({_metres(needed_m - stop_m)} reaction, {_metres(stop_m)} braking, {_metres(margin_m)} "
-            f"position error); {barrier.label} is {_metres(free_m + margin_m)} ahead"
-        )
-        fix = f"turn or stop {_metres(needed_m - free_m)} earlier"
-        fits = flown.room.fitting_speed_m_s(
-            free_m, at_most_m_s=speed, tail_wind_m_s=float(flown.tail_wind_m_s[narrow.point])
-        )
-        if fits is not None and fits > _SLOWEST_M_S:
-            message += f": {quantity.speed(fits)} or less would fit"
-            fix = f"fly {quantity.speed(fits)} or less there, or {fix}"
-        if narrow.path_m < margin_m:
-            fix += f"; the path itself is {_metres(narrow.path_m)} from the fence: keep {_metres(margin_m)}"
+        message, fix = _ahead(flown, narrow, needed_m, free_m)
+    of_item = flown.group == flown.group[narrow.leg]
+    carried_m = float(np.hypot(*flown.overshoot_m[1:][of_item].T).max())
+    rests = narrow.point is not None and flown.path.speed_m_s[narrow.point] <= _SLOWEST_M_S
+    if severity is Severity.ERROR and carried_m > narrow.path_m and not rests:
+        message += f"; it is carried {_metres(carried_m)} beyond the place it stops at"
     if len(items) > 1:
         message += f"; at {quantity.count(len(items), 'item')} in all"
     return flown.assessment.finding(
@@ -190,6 +181,35 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         severity=severity,
         stretch=flown.stretch(start, end, about_m),
     )
+
+
+def _ahead(flown: FencedFlight, narrow: _Narrow, needed_m: float, free_m: float) -> tuple[str, str]:
+    """Return what is said of a place from which the vehicle goes straight on, and what to do."""
+    assert narrow.point is not None
+    margin_m, speed = flown.margin_m, float(flown.path.speed_m_s[narrow.point])
+    is_ahead = f"{narrow.barrier.label} is {_metres(free_m + margin_m)} ahead"
+    fix = f"turn or stop {_metres(needed_m - free_m)} earlier"
+    if speed <= _SLOWEST_M_S:
+        message = (
+            f"passes the place it stops at by {_metres(needed_m)}, and the position may be wrong by "
+            f"{_metres(margin_m)}; {is_ahead}"
+        )
+        return message, f"fly there more slowly, or {fix}"
+    stop_m = float(flown.room.farthest_stop_m(speed))
+    message = (
+        f"stopping from {quantity.speed(speed)} takes {_metres(needed_m + margin_m)} "
+        f"({_metres(needed_m - stop_m)} reaction, {_metres(stop_m)} braking, {_metres(margin_m)} "
+        f"position error); {is_ahead}"
+    )
+    fits = flown.room.fitting_speed_m_s(
+        free_m, at_most_m_s=speed, tail_wind_m_s=float(flown.tail_wind_m_s[narrow.point])
+    )
+    if fits is not None and fits > _SLOWEST_M_S:
+        message += f": {quantity.speed(fits)} or less would fit"
+        fix = f"fly {quantity.speed(fits)} or less there, or {fix}"
+    if narrow.path_m < margin_m:
+        fix += f"; the path itself is {_metres(narrow.path_m)} from the fence: keep {_metres(margin_m)}"
+    return message, fix
 
 
 def _metres(length_m: float) -> str:

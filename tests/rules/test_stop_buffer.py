@@ -66,12 +66,12 @@ def test_every_part_of_the_buffer_counts(conditions: dict[str, Any], needed_m: f
 
 @pytest.mark.parametrize(
     ("autopilot", "gap_m"),
-    [(Autopilot.PX4, 0.2), (Autopilot.ARDUPILOT, 0.2), (Autopilot.STEP, 1.0)],
+    [(Autopilot.PX4, 0.2), (Autopilot.ARDUPILOT, 1.2), (Autopilot.STEP, 1.0)],
 )
 def test_without_reaction_and_error_a_stop_right_at_the_fence_is_allowed(
     autopilot: Autopilot, gap_m: float
 ) -> None:
-    # The article's vehicle overshoots its waypoint by 0.7 m.
+    # The article's vehicle overshoots its waypoint by 0.7 m, ArduPilot by 1.15 m from 10 m/s.
     caution = {"reaction_time_s": 0.0, "position_error_m": 0.0}
     parameters = "FENCE_MARGIN,0\n" if autopilot is Autopilot.ARDUPILOT else ""
     assert ahead(gap_m, autopilot=autopilot, parameters=parameters, **caution) == {}
@@ -99,6 +99,34 @@ def test_ardupilot_has_its_own_way_to_stop() -> None:
     # 25 m from 10 m/s were measured on recorded flights.
     [stop_m] = re.findall(r"([\d.]+) m braking", message)
     assert float(stop_m) == pytest.approx(25.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("gap_m", "speed_m_s", "expected"),
+    [
+        # Flown by a build, at 10 m/s to a stop 0.5 m before FENCE_RADIUS: 1.0 m beyond it, and a breach.
+        (0.5, 10.0, Severity.ERROR),
+        (1.1, 10.0, Severity.ERROR),
+        (1.2, 10.0, Severity.WARNING),  # 0.0115 · 10² = 1.15 m
+        (0.5, 6.0, Severity.WARNING),  # 0.41 m
+    ],
+)
+def test_ardupilot_is_carried_beyond_a_full_stop(
+    gap_m: float, speed_m_s: float, expected: Severity
+) -> None:
+    given: dict[str, Any] = {"position_error_m": 0.1, "autopilot": Autopilot.ARDUPILOT}
+    finding = ahead(gap_m, speed_m_s=speed_m_s, parameters="FENCE_MARGIN 0.1", **given)["F102"]
+    assert finding.severity is expected
+    assert ("beyond the place it stops at" in finding.message) is (expected is Severity.ERROR)
+
+
+@pytest.mark.parametrize(("gap_m", "fires"), [(1.1, True), (1.3, False)])
+def test_without_a_reaction_the_stop_itself_is_told(gap_m: float, *, fires: bool) -> None:
+    caution = {"position_error_m": 0.0, "reaction_time_s": 0.0}
+    found = ahead(gap_m, autopilot=Autopilot.ARDUPILOT, parameters="FENCE_MARGIN 0.1", **caution)
+    assert ("F102" in found) is fires
+    if fires:
+        assert "passes the place it stops at by 1.1 m" in found["F102"].message
 
 
 @pytest.mark.parametrize(("clear_m", "fires"), [(2.3, True), (2.7, False)])
