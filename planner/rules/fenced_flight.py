@@ -76,8 +76,6 @@ class FencedFlight(Value, eq=False, dict=True):
     def ahead_m(self, reach_m: FloatArray) -> FloatArray:
         """Return the places so far straight ahead of each point; none of a braking begun already.
 
-        Where a leg has stopped, as far as it is carried beyond.
-
         Parameters
         ----------
         reach_m : ndarray
@@ -92,8 +90,7 @@ class FencedFlight(Value, eq=False, dict=True):
         speed = path.speed_m_s
         far = np.where(path.is_committed & (speed > _STANDING_M_S), reach_m, 0.0)
         step = far / np.maximum(speed, _STANDING_M_S)
-        ahead = np.column_stack((path.east_m_s * step, path.north_m_s * step))
-        return self.points_m + ahead + self.overshoot_m
+        return self.points_m + np.column_stack((path.east_m_s * step, path.north_m_s * step))
 
     @cached_property
     def overshoot_m(self) -> FloatArray:
@@ -108,8 +105,9 @@ class FencedFlight(Value, eq=False, dict=True):
 
     @cached_property
     def stopped_m(self) -> FloatArray:
-        """Where the vehicle has stopped if it brakes after a reaction. (n + 1, 2) [m]"""
-        return self.ahead_m(self.room.needed_m(self.path.speed_m_s, self.tail_wind_m_s))
+        """Where the vehicle has stopped if it brakes after a reaction, or is carried. (n + 1, 2) [m]"""
+        needed_m = self.room.needed_m(self.path.speed_m_s, self.tail_wind_m_s)
+        return self.ahead_m(needed_m) + self.overshoot_m
 
     @cached_property
     def at_once_m(self) -> FloatArray:

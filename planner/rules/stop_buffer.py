@@ -77,7 +77,7 @@ def stop_buffer(
         narrow = _narrowest(flown, barrier, legs)
         is_beyond = (
             narrow.path_m < flown.position_error_m
-            or _areas(flown, legs, flown.at_once_m).near(barrier, 0.0).any()
+            or _areas(flown, legs, flown.at_once_m + flown.overshoot_m).near(barrier, 0.0).any()
         )
         found.append((Severity.ERROR if is_beyond else Severity.WARNING, narrow))
     if found:
