@@ -11,7 +11,11 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HOME
 from planner.rules.declaration import ARDUPILOT, BUDGET, POWER, TERRAIN, NotEvaluated, judges
-from planner.rules.terrain_following import returns_above_m, returns_follow_terrain
+from planner.rules.terrain_following import (
+    returns_above_m,
+    returns_begun_within_reach,
+    returns_follow_terrain,
+)
 from planner.units import GRAVITY_M_S2, wh_from_j
 
 if TYPE_CHECKING:
@@ -114,7 +118,8 @@ def _return_climbs_not_counted(
     sample = a.returns.sample
     if sample is None or not returns_follow_terrain(a):
         return
-    homeward = np.flatnonzero(sample.destination >= HOME)
+    follows = returns_begun_within_reach(a, sample.points.place_m)
+    homeward = np.flatnonzero((sample.destination >= HOME) & follows)
     if not len(homeward):
         return
     extra_wh = _extra_wh(a, sample, parameters, terrain)[homeward]

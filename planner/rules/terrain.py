@@ -37,6 +37,7 @@ from planner.rules.terrain_following import (
     follows_terrain,
     known_above_m,
     returns_from_ends_m,
+    stage_ends_m,
 )
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN, return_spacing_m, returns_too_low
 from planner.values import Value
@@ -382,8 +383,8 @@ def _follows_too_late(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     if not rows:
         return
     parameters = following_parameters(a)
-    place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in stages])
-    above_m, (ends, return_m) = known_above_m(a), returns_from_ends_m(a, terrain)
+    place_m = stage_ends_m(a)
+    above_m, (ends, return_m) = known_above_m(a, place_m), returns_from_ends_m(a, terrain)
     stage = np.array(rows, np.intp)
     is_return = np.array([stages[row].kind is StageKind.RETURN for row in rows])
     kept_m = return_m[ends.searchsorted(stage) - 1]

@@ -16,7 +16,7 @@ from planner.rules.declaration import ARDUPILOT
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.path import FlightLines
     from planner.flight.returns.path import ReturnPoints
     from planner.geo.terrain import TerrainGrid
@@ -48,9 +48,12 @@ def follows_terrain(a: Assessment, number: int) -> bool:
     if by is not Autopilot.ARDUPILOT or number <= 0:
         return False
     item = a.mission.items[number - 1]
-    if item.command == Command.NAV_RETURN_TO_LAUNCH:
-        return returns_follow_terrain(a)
-    return item.frame in TERRAIN_FRAMES
+    if item.command != Command.NAV_RETURN_TO_LAUNCH:
+        return item.frame in TERRAIN_FRAMES
+    if not returns_follow_terrain(a):
+        return False
+    begins = [max(row - 1, 0) for row, stage in enumerate(a.route.stages) if stage.item == number]
+    return bool(returns_begun_within_reach(a, stage_ends_m(a)[begins]).all())
 
 
 def following_parameters(a: Assessment) -> ArduPilotParameters:
@@ -63,24 +66,34 @@ def following_parameters(a: Assessment) -> ArduPilotParameters:
 
 
 def returns_follow_terrain(a: Assessment) -> bool:
-    """Return whether returns keep a height above the ground.
-
-    ``ModeRTL::compute_return_target``: with terrain data or a rangefinder, else above home as ever.  Flown:
-    begun above the reach of that, "rangefinder unhealthy, using alt-above-home".
-    """
+    """Return whether returns keep a height above the ground, with terrain data or a rangefinder."""
     own = ARDUPILOT.of(a)
     if own is None or own.return_altitude_type != OVER_TERRAIN:
         return False
     reach_m = reach_down_m(a)
-    if reach_m is not None:  # out of its reach ModeRTL begins again, above home
-        highest_m = float(ends_above_ground_m(a).max(initial=0.0))
-        return own.return_altitude_m <= reach_m and highest_m <= reach_m
-    return bool(own.terrain_enable)
+    return bool(own.terrain_enable) if reach_m is None else own.return_altitude_m <= reach_m
 
 
-def known_above_m(a: Assessment) -> FloatArray:
-    """Return the heights above the ground at which stages end; NaN where it is not known. (n,) [m]"""
-    place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in a.route.stages])
+def returns_begun_within_reach(a: Assessment, place_m: FloatArray) -> BoolArray:
+    """Return whether what they follow the ground by has it in reach where returns begin. (n,)
+
+    A rangefinder may not; else ``ModeRTL::compute_return_target`` counts above home.  Flown: begun above its
+    reach, "rangefinder unhealthy, using alt-above-home".  ``place_m``: east, north, height above home (n, 3).
+    """
+    reach_m = reach_down_m(a)
+    if reach_m is None:
+        return np.ones(len(place_m), np.bool_)
+    known_m = known_above_m(a, place_m)
+    return np.where(np.isnan(known_m), place_m[:, 2], known_m) <= reach_m
+
+
+def stage_ends_m(a: Assessment) -> FloatArray:
+    """Return the places at which stages end: east, north, height above home. (n, 3) [m]"""
+    return np.array([(one.east_m, one.north_m, one.height_m) for one in a.route.stages])
+
+
+def known_above_m(a: Assessment, place_m: FloatArray) -> FloatArray:
+    """Return the heights of places (n, 3) above the ground; NaN where it is not known. (n,) [m]"""
     if a.setup.terrain is None:
         return np.full(len(place_m), np.nan)
     where = a.route.frame.latitude_longitude_deg(place_m[:, 0], place_m[:, 1])
@@ -90,8 +103,9 @@ def known_above_m(a: Assessment) -> FloatArray:
 
 def ends_above_ground_m(a: Assessment) -> FloatArray:
     """Return the heights above the ground at which stages end; above home where it is not known. (n,) [m]"""
-    known_m = known_above_m(a)
-    return np.where(np.isnan(known_m), [one.height_m for one in a.route.stages], known_m)
+    place_m = stage_ends_m(a)
+    known_m = known_above_m(a, place_m)
+    return np.where(np.isnan(known_m), place_m[:, 2], known_m)
 
 
 def followed_m(
@@ -165,11 +179,12 @@ def tops_over_terrain_m(a: Assessment, points: ReturnPoints, destination: IntArr
     parts = ways.cut(followed_part_m(ways))
     ends_m = [followed_m(a, terrain, *ends[:, :2].T) for ends in (ways.start_m, ways.end_m)]
     ground_m = followed_m(a, terrain, *parts.end_m[:, :2].T)
+    follows = returns_begun_within_reach(a, points.place_m)
     for below_m, ahead_m, own_m in zip(*ends_m, ground_m, strict=True):
         above_m = returns_above_m(a, points, destination, below_m=below_m, ahead_m=ahead_m)
         highest_m = below_m.copy()
         np.fmax.at(highest_m, parts.owner, own_m)
-        tops_m = np.fmax(tops_m, highest_m + above_m)
+        tops_m = np.where(follows, np.fmax(tops_m, highest_m + above_m), tops_m)
     return tops_m
 
 

@@ -29,6 +29,7 @@ from planner.rules.terrain_following import (
     returns_follow_terrain,
     returns_from_ends_m,
     spacing_m,
+    stage_ends_m,
 )
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN
 
@@ -130,10 +131,10 @@ def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> Fli
     from planner.flight.path import FlightLines, flown_lines, flown_path
 
     stages = a.route.stages
-    place_m = np.array([(one.east_m, one.north_m, one.height_m) for one in stages])
+    place_m = stage_ends_m(a)
     follows = np.isin(np.arange(len(stages)), rows)
     followed_above_m = place_m[:, 2] - least_followed_m(a, terrain, place_m)
-    above_m = np.where(follows, known_above_m(a), followed_above_m)
+    above_m = np.where(follows, known_above_m(a, place_m), followed_above_m)
     ends, return_m = returns_from_ends_m(a, terrain)
     path = flown_path(a.flight.motion, straight_m=STRAIGHT_M)
     of_stage: IntArray = a.returns.segment_stage[path.segment]

@@ -32,6 +32,7 @@ from planner.rules.terrain_following import (
     follows_terrain,
     reach_down_m,
     returns_above_m,
+    returns_begun_within_reach,
     returns_follow_terrain,
 )
 from planner.values import replace
@@ -105,7 +106,11 @@ def _returns_too_late(
     rise_m = np.nan_to_num(ground.ground_amsl_m[:, 1] - ground.ground_amsl_m[:, 0], nan=0.0)
     climbed_m = length_m * parameters.climb_speed_m_s / parameters.return_speed_m_s
     behind_m = np.bincount(ground.line, np.maximum(rise_m - climbed_m, 0.0), len(ways_m))
-    chosen = np.argsort(-behind_m, kind="stable")[:_STEEPEST_RETURNS]
+    follows = returns_begun_within_reach(a, sample.points.place_m)
+    behind_m = np.where(follows, behind_m, -np.inf)
+    chosen = np.argsort(-behind_m, kind="stable")[: min(_STEEPEST_RETURNS, int(follows.sum()))]
+    if not len(chosen):
+        return
     below_m, ahead_m = (
         followed_m(a, terrain, *ways_m[chosen, end].T).max(axis=0) for end in (0, 1)
     )
@@ -180,11 +185,7 @@ def returns_too_low(
     from planner.flight.path import FlightLines
     from planner.flight.returns.fan import return_fan
 
-    if returns_follow_terrain(a):
-        return
-    # The mission's own return is judged as it is flown.
-    own = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
-    legs = legs[~np.isin(path.item[legs], own)]
+    legs = _level_returned(a, path, legs)
     if not len(legs):
         return
     stage = a.returns.segment_stage[path.segment[legs]]
@@ -250,6 +251,17 @@ def returns_too_low(
         f"{quantity.distance(to_go_m)} from {goal}",
         item=int(item[low.row]),
     )
+
+
+def _level_returned(a: Assessment, path: FlownPath, legs: IntArray) -> IntArray:
+    """Return the legs from which returns are level above home, of those that are judged."""
+    if returns_follow_terrain(a):
+        points_m = np.column_stack((path.east_m, path.north_m, path.height_m))
+        follows = returns_begun_within_reach(a, points_m)
+        legs = legs[~(follows[:-1] & follows[1:])[legs]]
+    # The mission's own return is judged as it is flown.
+    own = [stage.item for stage in a.route.stages_of(StageKind.RETURN)]
+    return legs[~np.isin(path.item[legs], own)]
 
 
 def _lowest_over_peaks(

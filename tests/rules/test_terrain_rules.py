@@ -897,6 +897,39 @@ def test_a_return_over_the_ground_is_lowered_by_the_fence_over_home(
     assert fence_over(ground(ridge_m, at_m=300.0), 0.0, places, more) == expected
 
 
+@pytest.mark.parametrize(
+    ("more", "fires"),
+    [
+        # A rangefinder of 12 m has the ground in reach at all items, but not over the valley between two.
+        # Flown by a build: a return begun there was level, into a slope on the way home.
+        ("RNGFND1_TYPE 20\nRNGFND1_ORIENT 25\nRNGFND1_MAX_CM 1200\n", True),
+        ("RNGFND1_TYPE 20\nRNGFND1_ORIENT 25\nRNGFND1_MAX_CM 5000\n", False),
+        ("", False),  # by terrain data
+    ],
+)
+def test_returns_begun_out_of_reach_of_the_rangefinder_are_level(more: str, *, fires: bool) -> None:
+    """Round a hill of 25 m, across a valley of 30 m behind it; 10 m above home all the way."""
+    level = ground(0.0).tiles[0]
+    heights = np.full((ROWS, COLUMNS), 400.0)
+    heights[ROWS - 1 - 170 : ROWS - 1 - 140] -= 30.0  # 400 to 700 m north
+    wide_m = CELL_M * math.cos(math.radians(HOME.latitude_deg))
+    east_m = (np.arange(COLUMNS) + 0.5 - 0.5 * COLUMNS) * wide_m
+    heights[ROWS - 1 - 125 : ROWS - 1 - 115] += np.clip(25.0 - 0.2 * np.abs(east_m), 0.0, None)
+    beside_deg = HOME.longitude_deg + 120.0 / METRES_PER_DEGREE_NORTH / math.cos(math.radians(47.0))
+    way = (
+        item(16, north(m), 10.0, longitude_deg=deg)
+        for m, deg in ((0, beside_deg), (300, beside_deg), (300, 8.0), (800, 8.0))
+    )
+    found = findings(
+        mission(takeoff(10), *way, item(21, north(800), 0.0)),
+        of_heights(heights, level),
+        Autopilot.ARDUPILOT,
+        f"TERRAIN_ENABLE 1\nTERRAIN_SPACING 1\nRTL_ALT_TYPE 1\nRTL_ALT 1000\nRTL_SPEED 100\n{more}",
+        clearance_m=2.0,
+    )
+    assert bool(of("A104", found)) is fires
+
+
 @pytest.mark.parametrize(("more", "fires"), [("", False), ("TERRAIN_SPACING 10\n", True)])
 def test_a_gorge_between_posts_is_not_flown_into(more: str, *, fires: bool) -> None:
     """60 m wide and 40 m deep.  Flown by a build, by posts 100 m apart: 40.0 m above home all across."""
