@@ -442,3 +442,35 @@ def test_a_return_begins_where_the_vehicle_is_not_where_a_circle_would_be() -> N
         stage(StageKind.RETURN, 0.0, 0.0, 0.0),
     )
     assert took_s(*stages, parameters=parameters).sum() == pytest.approx(72.2, abs=1.5)
+
+
+def wide(north_m: float, radius_m: float, hold_s: float) -> Stage:
+    """Return a waypoint 20 m high with a radius of its own."""
+    return replace(go(0.0, north_m, hold=hold_s, height_m=20.0), acceptance_radius_m=radius_m)
+
+
+@pytest.mark.parametrize(
+    ("stages", "flown_s"),
+    [
+        # Flown by a build of PX4: the hold of 0.5 s is over 27 m before the place, at 5 m/s.
+        ((wide(60.0, 30.0, 0.5), stage(StageKind.LOITER, 0.0, 60.0, 20.0, hold=10.0)), 94.7),
+        ((wide(60.0, 30.0, 0.5), stage(StageKind.LOITER, 0.0, 61.4, 20.0, hold=10.0)), 95.1),
+        (
+            (
+                wide(80.0, 60.0, 0.5),
+                replace(stage(StageKind.LOITER, 0.0, 80.0, 20.0, hold=10.0), speed_m_s=0.5),
+                replace(go(0.0, 40.0, height_m=20.0), speed_m_s=5.0),
+            ),
+            193.4,
+        ),
+        # It turns back 27 m, 30 m and 16 m before the place.
+        ((wide(60.0, 30.0, 0.5),), 73.7),
+        ((wide(60.0, 30.0, 0.0),), 72.6),
+        ((wide(60.0, 30.0, 3.0),), 78.8),
+    ],
+)
+def test_a_hold_counts_from_the_radius_of_the_place(
+    stages: tuple[Stage, ...], flown_s: float
+) -> None:
+    home = stage(StageKind.RETURN, 0.0, 0.0, 0.0)
+    assert took_s(takeoff(20.0), *stages, home).sum() == pytest.approx(flown_s, rel=0.025)

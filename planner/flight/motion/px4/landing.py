@@ -16,7 +16,7 @@ from planner.flight.motion.px4.braking import (
     half_b_m_s,
     vertical_limits,
 )
-from planner.flight.motion.px4.laws import Settlings, wright_omega
+from planner.flight.motion.px4.laws import Settlings, braked_speed_m_s
 from planner.flight.motion.px4.pieces import RAMP, Curves, Places
 from planner.values import Value
 
@@ -357,8 +357,7 @@ def ends_of_moves(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     if len(rows):
         direction = limits.direction[rows]
         a = legs.straights.braking.near.acceleration_m_s2[rows]
-        begun = legs.straights.braking.end_m_s[rows] / b
-        left = b * wright_omega(begun + np.log(begun) - part.hold_s[rows] * a / b)
+        left = braked_speed_m_s(legs.straights.braking.end_m_s[rows], part.hold_s[rows], a, b)
         way = left * (left + 2.0 * b) / (2.0 * a)
         end[rows] += direction * (part.tail_m[rows] - way)[:, None]
         velocity[rows] = direction * left[:, None]

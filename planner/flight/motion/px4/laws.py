@@ -39,6 +39,22 @@ def wright_omega(y: FloatArray) -> FloatArray:
     return np.where(vanishing, 0.0, omega)
 
 
+def braked_speed_m_s(
+    speed_m_s: FloatArray,
+    time_s: FloatArray,
+    acceleration_m_s2: FloatArray | float,
+    half_b_m_s: FloatArray | float,
+) -> FloatArray:
+    """Return the speeds left after times of braking by the way left, from ones greater than zero. [m s⁻¹]
+
+    t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
+    t a/(b/2), with Wright's ω.
+    """
+    begun = speed_m_s / half_b_m_s
+    faded = begun + np.log(begun) - time_s * acceleration_m_s2 / half_b_m_s
+    return np.asarray(half_b_m_s * wright_omega(faded))
+
+
 class Brakes(Columns, eq=False):
     """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines.
 
@@ -60,14 +76,9 @@ class Brakes(Columns, eq=False):
     def added(
         self, row: IntArray, time_s: FloatArray, axes: range
     ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-        """Yield axes, and what is added to places and velocities on them at times.
-
-        t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
-        t a/(b/2), with Wright's ω.
-        """
+        """Yield axes, and what is added to places and velocities on them at times."""
         half_b, a, rate = self.half_b_m_s[row], self.acceleration_m_s2[row], self.rate[row]
-        start = self.start_m_s[row] / half_b
-        speed = half_b * wright_omega(start + np.log(start) - time_s * rate * a / half_b)
+        speed = braked_speed_m_s(self.start_m_s[row], time_s * rate, a, half_b)
         left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
         speed *= rate
         for axis in axes:

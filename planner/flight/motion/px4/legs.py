@@ -28,7 +28,7 @@ from planner.flight.motion.px4.landing import (
     slowing_at_ends_m_s2,
     takeoff_band_m,
 )
-from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, Moves, directions
+from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, Moves, directions, left_m
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
 from planner.values import field_values, replace
 
@@ -147,13 +147,13 @@ def plan_legs(moves: Moves) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
     begins = moves.beginnings_m()
     direction, tail = _aims(moves, begins)
-    ends = moves.target_m - direction * tail[:, None]
+    ends = _flown_to_m(moves, direction, tail)
     reached = _reached_at_once(moves, begins, ends)
     for _ in range(2 if moves.goes_on.any() else 0):  # one may follow another
         before_m = np.where(reached[:, None], begins, ends)
         begins = np.where(moves.goes_on[:, None], np.roll(before_m, 1, axis=0), begins)
         direction, tail = _aims(moves, begins)
-        ends = moves.target_m - direction * tail[:, None]
+        ends = _flown_to_m(moves, direction, tail)
     # To a place that counted as reached from afar, not from beside it, it flies straight from where it is.
     before_m = np.roll(np.where(reached[:, None], begins, ends), 1, axis=0)
     is_same = ~(reached | moves.is_first | moves.is_landing | moves.is_takeoff)
@@ -162,7 +162,6 @@ def plan_legs(moves: Moves) -> PlannedLegs:
     if is_same.any():
         begins = np.where(is_same[:, None], before_m, begins)
         direction, tail = _aims(moves, begins)
-        ends = moves.target_m - direction * tail[:, None]
     is_leg = ~reached & ~moves.is_landing
     is_wait = reached & (moves.hold_s > 0.0)
     final_level, final_upright = final_speeds_m_s(moves, direction)
@@ -176,7 +175,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         is_takeoff=moves.is_takeoff,
         begins_m=begins,
         direction=direction,
-        ends_m=ends,
+        ends_m=moves.target_m - direction * tail[:, None],
         tail_m=tail,
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
@@ -204,8 +203,14 @@ def _aims(moves: Moves, begins_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     return direction, np.where(np.isfinite(tail), tail, moves.reach_m)
 
 
+def _flown_to_m(moves: Moves, direction: FloatArray, tail_m: FloatArray) -> FloatArray:
+    """Return where the vehicle is when the next move begins. (n, 3) [m]"""
+    left = left_m(moves.parameters, tail_m, moves.speed_m_s, moves.hold_s)
+    return np.asarray(moves.target_m - direction * left[:, None])
+
+
 def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> BoolArray:
-    """Return which moves are reached where they begin. (n,)"""
+    """Return which moves are reached where they begin, as those that are not end. (n,)"""
     parameters = moves.parameters
     way = moves.target_m - begins_m
     near = (horizontal(way) <= moves.reach_m + np.roll(moves.reach_m, 1)) & (
@@ -218,7 +223,7 @@ def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> 
         if not moves.is_first[row]:
             if reached[row - 1] and not moves.hold_s[row - 1] > 0.0:
                 place[row] = place[row - 1]
-            elif not (moves.is_landing[row - 1] or moves.hold_s[row - 1] > 0.0):
+            elif not (moves.is_landing[row - 1] or reached[row - 1]):
                 place[row] = ends_m[row - 1]
         off = moves.target_m[row] - place[row]
         reached[row] = (

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
-from planner.flight.motion.px4.braking import allowed_speed_m_s
+from planner.flight.motion.px4.braking import allowed_speed_m_s, braking_distance_m, half_b_m_s
 from planner.flight.motion.px4.landing import CLIMB_LATE_S
+from planner.flight.motion.px4.laws import braked_speed_m_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import replace
 
@@ -129,10 +130,28 @@ def return_looks_home(
     return np.asarray(((leg == _HOMEWARD) & near) | (leg == _DOWN) | (leg == _LANDING))
 
 
+def left_m(
+    parameters: Px4Parameters, tail_m: FloatArray, speed_m_s: FloatArray, hold_s: FloatArray
+) -> FloatArray:
+    """Return how far before places the next is flown to, that count as reached so far before. (n,) [m]
+
+    A hold counts from there, and the vehicle flies on (``MissionBlock::is_mission_item_reached``).
+    """
+    a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
+    speed = np.minimum(allowed_speed_m_s(tail_m, 0.0, a, j), speed_m_s)
+    kept_m = np.maximum(tail_m - braking_distance_m(speed, 0.0, a, j), 0.0)
+    braked_s = np.maximum(hold_s - quotient(kept_m, speed), 0.0)
+    slow_m_s = braked_speed_m_s(np.maximum(speed, _STILL_M_S), braked_s, a, half_b_m_s(a, j))
+    left = np.maximum(braking_distance_m(slow_m_s, 0.0, a, j), tail_m - speed * hold_s)
+    return np.where(hold_s > 0.0, np.minimum(left, tail_m), tail_m)
+
+
 SHORTEST_L1_M = 5.0
 """Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 SLOWEST_TURN_M_S = 0.2
 """Speed below which nothing is turned (``PositionSmoothing::_isTurning``). [m s⁻¹]"""
+_STILL_M_S = 1e-9
+"""Speed that is none. [m s⁻¹]"""
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this means NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
 _HOMEWARD, _DOWN, _LANDING = 1, 2, 3
@@ -326,15 +345,21 @@ class _Navigator:
         """Centre and radius, negative for counter-clockwise, of what is left by a tangent. [m]"""
         self._is_afar = False
         """Whether the place before counted as reached from afar."""
+        self._passed_at_m: tuple[float, float, float] | None = None
+        """Where the waypoint just flown to was passed, if that is afar."""
 
     def moves(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the moves of one stage."""
+        passed_at_m, self._passed_at_m = self._passed_at_m, None
         if stage.kind is not StageKind.DELAY:
             yield from self._leave_circle(index, stage)
         match stage.kind:
             case StageKind.GO | StageKind.SPLINE | StageKind.CIRCLE | StageKind.SET_DOWN:
+                begin = self._place_m
                 self._place_at(stage)
-                yield self._go(index, stage)
+                move = self._go(index, stage)
+                yield move
+                self._passed_at_m = self._passed_m(begin, move)
             case StageKind.LOITER:
                 self._place_at(stage)
                 yield self._go(index, stage, is_stop=True)
@@ -354,6 +379,8 @@ class _Navigator:
             case StageKind.RETURN if stage.return_path is not None:
                 yield from self.home_along(index, stage.item, stage.return_path)
             case StageKind.RETURN:
+                self._is_afar |= passed_at_m is not None
+                self.east_m, self.north_m, self.height_m = passed_at_m or self._place_m
                 home = np.array((stage.east_m, stage.north_m, stage.height_m))
                 yield from self.straight_home(index, stage.item, home, stage.above_ground_m)
 
@@ -483,6 +510,21 @@ class _Navigator:
         near = max(move.radius_m, SHORTEST_L1_M)
         if abs(off) > near:
             yield move._replace(radius_m=near, reach_m=near, yaw_rad=math.nan, goes_on=True)
+
+    def _passed_m(
+        self, begin_m: tuple[float, float, float], move: Move
+    ) -> tuple[float, float, float] | None:
+        """Return where a waypoint counts as passed, of which a return begins, if that is afar. [m]"""
+        way = np.subtract(move.target_m, begin_m)
+        level = math.hypot(way[0], way[1])
+        tail_m = np.array(min(level, move.reach_m))
+        left = float(
+            left_m(self.parameters, tail_m, np.array(move.speed_m_s), np.array(move.hold_s))
+        )
+        if left <= self.parameters.acceptance_radius_m:
+            return None
+        east, north, height = (np.array(move.target_m) - way * (left / level)).tolist()
+        return east, north, height
 
     def _place_at(self, stage: Stage) -> None:
         self._is_afar = False
