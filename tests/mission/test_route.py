@@ -1197,10 +1197,11 @@ def test_px4_leaves_a_change_of_height_slowly_by_a_tangent(
         # A gate is no place to it.  Flown: 0 m, disarmed after 13 s.
         (PX4, (item(4501, north(150), 20.0),), 3.0, True),
         (ARDUPILOT, (speed(3.0),), 1.0, False),
+        (None, (speed(3.0),), 1.0, True),  # PX4 may fly it
     ],
 )
 def test_px4_jumps_back_over_a_place_or_does_not_fly_on(
-    dialect: Autopilot,
+    dialect: Autopilot | None,
     loop: tuple[MissionItem, ...],
     repeats: float,
     is_told: bool,  # noqa: FBT001 - a table of cases

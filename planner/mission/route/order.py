@@ -144,7 +144,10 @@ def flown_order(
             kept = _Searches(items, targets, repeats, counts_anew=False).order()
             order = replace(order, findings=_of_both(order.findings, kept.findings))
         if dialect is None:
-            order = replace(order, findings=tuple(map(_of_one_autopilot, order.findings)))
+            told = [_of_one_autopilot(one, "ArduPilot", "PX4") for one in order.findings]
+            of_px4 = _in_turn(items, targets).findings
+            told += [_of_one_autopilot(one, "PX4", "ArduPilot") for one in of_px4]
+            order = replace(order, findings=tuple(told))
     else:
         order = _in_turn(items, targets)
     findings += order.findings
@@ -413,9 +416,9 @@ def _effect_of(item: MissionItem) -> tuple[Hashable, Hashable]:
     return item.command, (item.latitude_deg, item.longitude_deg, item.altitude_m)
 
 
-def _of_one_autopilot(found: Finding) -> Finding:
-    """Return a finding on what ArduPilot does elsewhere, where it is not known who flies."""
-    message = f"ArduPilot: {found.message}, with PX4 not so; name who flies it (--target, --params)"
+def _of_one_autopilot(found: Finding, who: str, other: str) -> Finding:
+    """Return a finding on what one autopilot does, where it is not known who flies."""
+    message = f"{who}: {found.message}, with {other} not so; name who flies it (--target, --params)"
     return replace(found, message=message, severity=Severity.ERROR)
 
 
