@@ -166,3 +166,14 @@ def test_a_leg_behind_a_spline_speeds_up_within_half_its_length() -> None:
     peak = max(np.roots([0.2, 1.4, 5.0 * 1.4 - 5.0 - 40.0]).real)
     speeds = motion.segments.speed_m_s[motion.done_segment[1] + 1 : motion.done_segment[2] + 1]
     assert speeds.max() == pytest.approx(min(peak, 10.0), abs=0.02)
+
+
+@pytest.mark.parametrize("kind", [StageKind.CHANGE_HEIGHT, StageKind.CIRCLE])
+def test_a_spline_dives_before_it_is_led_straight_up(kind: StageKind) -> None:
+    # Flown by ArduCopter 4.7.0-dev: 60 m at 25 m, before LOITER_TO_ALT or LOITER_TURNS there at 60 m: down to
+    # 19.8 m, as a cubic from rest with a tangent of 35 m: 4/27 of that.
+    above = replace(stage(kind, 0.0, 60.0, 60.0), radius_m=20.0, turns=1.0)
+    motion = fly(takeoff(25.0), stage(StageKind.SPLINE, 0.0, 60.0, 25.0), above, home())
+    first_s, last_s = motion.segments.end_s[motion.done_segment[:2]]
+    heights_m = motion.state_at_time(np.linspace(first_s, last_s, 200)).height_m
+    assert heights_m.min() == pytest.approx(25.0 - 35.0 * 4.0 / 27.0, abs=0.05)

@@ -1259,3 +1259,71 @@ def test_px4_takes_no_speed_back_at_once(
     told = [one for one in route(*items, dialect=PX4).findings if "own speed" in one.message]
     assert [one.severity for one in told] == [Severity.ERROR] * is_told
     assert not [f for f in route(*items, dialect=ARDUPILOT).findings if "own speed" in f.message]
+
+
+@pytest.mark.parametrize("dialect", [ARDUPILOT, None])
+@pytest.mark.parametrize(
+    ("spline_hold_s", "delay", "swings"),
+    [
+        # Flown: into the ground with -1; with 0, and behind a hold, as predicted.
+        (0.0, (5.0, -1.0, -1.0, -1.0), True),
+        (0.0, (0.0, 0.0, 0.0, 1.0), True),
+        (0.0, (5.3, 12.0, 30.0, 0.0), True),
+        (0.0, (5.0, 0.0, 0.0, 0.0), False),
+        (1.0, (5.0, -1.0, -1.0, -1.0), False),
+        (0.9, (5.0, -1.0, -1.0, -1.0), True),  # kept as 0 s
+        # The lowest byte of 1.3 as a float, 0x66, has the bit of places above terrain, that of 5.3, 0x9A,
+        # not: flown, the one stops ArduCopter, the other is flown as predicted.
+        (0.0, (1.3, 0.0, 0.0, 0.0), True),
+        (0.0, (5.3, 0.0, 0.0, 0.0), False),
+    ],
+)
+def test_a_spline_before_a_delay_that_reads_as_an_altitude_is_an_error(
+    dialect: Autopilot | None, spline_hold_s: float, delay: tuple[float, ...], *, swings: bool
+) -> None:
+    spline = item(82, north(60), 25.0, params=(spline_hold_s, 0.0, 0.0, 0.0))
+    camera = item(206, frame=2, params=(5.0, 0.0, 1.0, 0.0))
+    waits = item(93, frame=2, params=delay)
+    found = route(takeoff(25), spline, camera, waits, waits, rtl(), dialect=dialect).findings
+    told = [one for one in found if one.code == "T102" and "spline" in one.message]
+    assert [(one.item, one.severity) for one in told] == [(4, Severity.ERROR)] * swings
+
+
+@pytest.mark.parametrize(("seconds", "told"), [(5.0, False), (1.3, True)])
+def test_a_spline_above_terrain_is_not_led_to_a_place_that_is_not(
+    seconds: float, *, told: bool
+) -> None:
+    # AC_WPNav::set_spline_destination has no tangent where only one of the two counts from the terrain.
+    waits = item(93, frame=2, params=(seconds, -1.0, -1.0, -1.0))
+    flown = route(takeoff(25), item(82, north(60), 25.0, frame=10), waits, rtl(), dialect=ARDUPILOT)
+    assert any("behind a spline" in one.message for one in flown.findings) is told
+
+
+@pytest.mark.parametrize(
+    ("after", "swing"),
+    [
+        # Flown: 60 m of spline at 25 m; 4/27 of what is above it, within four lengths of the spline.
+        (item(21, north(120), 100.0), "11 m"),
+        (item(21, None, 60.0), "5.2 m"),
+        (item(22, None, 60.0), "5.2 m"),
+        (item(94, None, 60.0), "5.2 m"),
+        (item(92, None, 60.0), "5.2 m"),
+        (item(21, north(120), 1000.0), "36 m"),
+        (item(22, north(120), 25.0), "8.9 m"),
+        (item(21, None, 28.38), "0.5 m"),  # 27/8 m above it lead 0.5 m down
+        (item(21, None, 28.37), None),
+        (item(21, north(120), 0.0), None),
+        (item(20, None, 60.0), None),
+        (item(31, None, 60.0), None),  # predicted as flown
+        (item(18, None, 60.0, params=(1.0, 0.0, 20.0, 0.0)), None),
+    ],
+)
+def test_a_spline_before_an_altitude_it_leads_on_to_is_an_error(
+    after: MissionItem, swing: str | None
+) -> None:
+    flown = route(takeoff(25), item(82, north(60), 25.0), after, dialect=ARDUPILOT).findings
+    told = [one.message for one in flown if one.code == "T102" and "behind a spline" in one.message]
+    assert len(told) == (swing is not None)
+    assert all(f"up to {swing} up or down" in message for message in told)
+    terrain = route(takeoff(25), item(82, north(60), 25.0, frame=10), after, dialect=ARDUPILOT)
+    assert not any("behind a spline" in one.message for one in terrain.findings)

@@ -11,6 +11,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import (
+    LANDINGS,
     PARACHUTE_OFF,
     PARACHUTE_ON,
     RELATIVE_FRAMES,
@@ -23,6 +24,7 @@ from planner.mission.commands import (
     command_name,
     goes_on_flying,
     is_destination,
+    is_navigation,
     support,
 )
 from planner.mission.route.position import Position
@@ -38,6 +40,7 @@ from planner.mission.route.stage import (
 )
 from planner.mission.storage import (
     LONGEST_STORED_HOLD_S,
+    reads_as_place,
     stored_hold_s,
     stored_radius_m,
     stored_turns,
@@ -65,6 +68,17 @@ _AT_REST_S = 4.0
 logarithm (MPC_ACC_HOR 3, MPC_JERK_AUTO 4), down to 0.2 m/s, below which it turns nowhere. [s]"""
 _AT_ONE_HEIGHT_M = 0.8
 """Within this PX4 takes a height for reached (NAV_MC_ALT_RAD), and does not slow down for it. [m]"""
+_LEVEL_PLACES = LANDINGS | {Command.NAV_PAYLOAD_PLACE}
+_LED_TO = (
+    _LEVEL_PLACES | TAKEOFFS | {Command.NAV_GUIDED_ENABLE, Command.NAV_CONTINUE_AND_CHANGE_ALT}
+)
+"""Towards whose place and altitude ArduPilot ends a spline; predicted is that it ends level, and towards the
+places of the first alone."""
+_LONGEST_TANGENTS = 4.0
+"""``SplineCurve`` keeps the tangents at both ends of a spline together within so many times its length."""
+_SWINGS = 4.0 / 27.0
+"""How far a cubic that begins at rest leaves the line between its ends, of the tangent at its end. [-]"""
+_LITTLE_SWING_M = 0.5
 _SAME_HOME_M = 0.5
 """So near, and as high, a home is the one before. [m]"""
 
@@ -118,7 +132,10 @@ ITEM_NOT_MODELLED = Rule(
     "lasts; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 flies one without a radius as "
     "wide as the one before, 4.7 on the spot; where it has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
-    "landing behind a CONDITION_GATE; on PX4 behind a LOITER_TIME of less than 4 s, or a LOITER_TO_ALT of "
+    "landing behind a CONDITION_GATE; behind a spline without a hold, which ArduPilot leads on to what it "
+    "takes for the place of the next item (ModeAuto::get_spline_from_cmd), where that swings it more than "
+    "0.5 m up or down: NAV_DELAY with an hour, minute or second other than 0, or parts of one, a landing or "
+    "take-off with another altitude; on PX4 behind a LOITER_TIME of less than 4 s, or a LOITER_TO_ALT of "
     "another height, with parameter 4, and at a DO_CHANGE_SPEED taken back at once; where a "
     "CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of where the leg is "
     "over, and holds back a speed, a home or the fence.",
@@ -225,6 +242,8 @@ class MissionState(Position, kw_only=True, eq=False):
     """Why it is unknown where on the circle before the vehicle is; empty: it is known."""
     left_on_tangent: str = ""
     """The loiter before, where PX4 leaves it slowly by the tangent of a circle about it."""
+    spline: tuple[float, bool] | None = None
+    """Length of the spline without a hold right before [m], and whether it is above terrain."""
     circle_radius_m: float = 0.0
     """Radius of the circle before; 0: there is none. [m]"""
     moved_homes: list[HomePlace] = field(default_factory=list)
@@ -289,6 +308,47 @@ class MissionState(Position, kw_only=True, eq=False):
         self.left_on_tangent = ""
         self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
 
+    def _remark_swing(self, item: MissionItem) -> None:
+        """Tell of a spline that ArduPilot ends towards a place which is none, or is predicted without.
+
+        Notes
+        -----
+        ``ModeAuto::get_spline_from_cmd`` asks the next item for its place, whatever that is;
+        ``AC_WPNav::set_spline_destination`` leaves it out where only one of both is above terrain.  Flown:
+        60 m, 25 m up, before a NAV_DELAY with -1 as hour, minute and second: into the ground; before a
+        landing with altitude 100 m, 11 m down; before LOITER, take-off, circle 35 m higher, 5.2 m down.
+        """
+        if self.spline is None or not is_navigation(item.command):
+            return
+        (length_m, is_above_terrain), self.spline = self.spline, None
+        way_m = 0.0
+        if reads_as_place(item, above_terrain=is_above_terrain):
+            way_m = math.inf
+        elif item.command in _LED_TO and (item.frame in TERRAIN_FRAMES) == is_above_terrain:
+            way_m = self._way_beyond_m(item)
+        swing_m = _SWINGS * min(way_m, _LONGEST_TANGENTS * length_m)
+        if swing_m <= _LITTLE_SWING_M:
+            return
+        takes = "reads its numbers as a place" if math.isinf(way_m) else "takes its altitude"
+        is_delay = item.command == Command.NAV_DELAY
+        write = "whole seconds, and 0 in parameters 2 to 4" if is_delay else "0 there"
+        self.remark(
+            ITEM_NOT_MODELLED,
+            f"{command_name(item.command)} right behind a spline: ArduPilot {takes}, lets the spline lead on "
+            f"to that and swings up to {quantity.height(swing_m)} up or down on it, which is not predicted; "
+            f"write {write}, or hold for 1 s at the spline",
+            severity=Severity.ERROR,
+        )
+
+    def _way_beyond_m(self, item: MissionItem) -> float:
+        """Return how far beyond its end a spline is led that is predicted level. [m]"""
+        up_m = self.height_of_m(item) - self.height_m if item.altitude_m else 0.0
+        level_m = 0.0
+        if item.names_place and item.command not in _LEVEL_PLACES:
+            there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+            level_m = float(distance_m(self.latitude_deg, self.longitude_deg, *there))
+        return math.hypot(level_m, up_m)
+
     def carry_out(self, item: MissionItem) -> None:
         """Make of the flight what the command of an item makes of it."""
         _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
@@ -304,7 +364,17 @@ class MissionState(Position, kw_only=True, eq=False):
             self.remark(HEADING_NORTH, message)
         kind = StageKind.TAKEOFF if self.has_landed else _KINDS[item.command]
         hold_s = self._hold_s(item)
+        begun = (self.latitude_deg, self.longitude_deg), self.height_m
         self._go(kind, item, hold_s=hold_s)
+        if (
+            kind is StageKind.SPLINE
+            and not stored_hold_s(hold_s)
+            and self.dialect is not Autopilot.PX4
+        ):
+            (from_deg, from_m), here_deg = begun, (self.latitude_deg, self.longitude_deg)
+            level_m = float(distance_m(*from_deg, *here_deg))
+            length_m = math.hypot(level_m, self.height_m - from_m)
+            self.spline = length_m, item.frame in TERRAIN_FRAMES
         is_short = kind is StageKind.LOITER and hold_s < _AT_REST_S
         if self.dialect is Autopilot.PX4 and is_short and (item.param4 or 0.0) > 0.0:
             self.left_on_tangent = "NAV_LOITER_TIME, so short and with parameter 4 above 0,"

@@ -42,8 +42,9 @@ _LOWEST_TAKEOFF_M = 1.0
 _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_DOWN)
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
 
-_SPLINES_LEAD_TO = (StageKind.LAND, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT)
-"""``ModeAuto::get_spline_from_cmd``: a spline is flown through towards the place of any command."""
+_SPLINES_LEAD_TO = (StageKind.CIRCLE, StageKind.CHANGE_HEIGHT)
+"""``ModeAuto::get_spline_from_cmd``: a spline is flown through towards the place of any command, straight up
+or down too; of a landing, whose height is not known here, only to another place."""
 
 
 class StageColumns(Value, eq=False):
@@ -217,7 +218,8 @@ def stage_columns(
     onward = is_kind(kind, *_NEXT_MAY_BE)
     onward[1:] |= is_kind(kind[:-1], StageKind.RETURN_LEG)
     # Splines ask for the place of the next command alone.
-    elsewhere = is_kind(kind, *_SPLINES_LEAD_TO) & is_nonzero(place[:, :2] - start[:, :2])
+    elsewhere = is_kind(kind, StageKind.LAND) & is_nonzero(place[:, :2] - start[:, :2])
+    elsewhere |= is_kind(kind, *_SPLINES_LEAD_TO) & is_nonzero(place - start)
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
     unseen = numbers["is_next_unseen"] > 0.0
     lands_at, may_slow = numbers["lands_at_m_s"], numbers["may_slow_landing"] > 0.0
