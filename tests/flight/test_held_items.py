@@ -14,10 +14,12 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.route.queue import condition_of
 from planner.mission.route.route import make_route
+from planner.mission.route.walk import VehicleHabits
 from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -673,3 +675,51 @@ def test_a_descent_speed_that_comes_during_a_landing_counts_for_all_of_it(
     # Behind the landing it does not count.
     never = flown(*base, delay(130), speed(descent_m_s, kind=3.0), last, autopilot=autopilot)
     assert never.totals.time_s == plain.totals.time_s
+
+
+UP = 2.0
+"""Speed type of DO_CHANGE_SPEED for climbs."""
+
+
+@pytest.mark.parametrize(
+    ("items", "parameters", "flown_s"),
+    [
+        # Flown by a build of 4.7, with 4 m/s up, or 3 m/s down, asked for behind the take-off: not kept.
+        ((takeoff(15), speed(4.0, kind=UP), waypoint(80, 60)), "WPNAV_SPEED_UP 100", 124.6),
+        (
+            (takeoff(15), speed(4.0, kind=UP), waypoint(40, 15), waypoint(80, 60)),
+            "WPNAV_SPEED_UP 100",
+            132.5,
+        ),
+        # Behind the first place it is.
+        (
+            (takeoff(15), waypoint(40, 15), speed(4.0, kind=UP), waypoint(80, 60)),
+            "WPNAV_SPEED_UP 100",
+            104.1,
+        ),
+    ],
+)
+def test_a_climb_speed_raised_before_the_first_leg_is_not_kept(
+    items: tuple[MissionItem, ...], parameters: str, flown_s: float
+) -> None:
+    given_parameters = parameters_from_text(
+        f"{parameters}\nRTL_ALT 1500\nLAND_ALT_LOW 1000\nLAND_SPEED 50\n".encode(), source="p.param"
+    )
+    landing = item(21, None, 0.0)
+    result = check(
+        mission(*items, landing),
+        load_vehicle(VEHICLES[ARDUPILOT]),
+        battery=Battery(capacity_wh=500.0),
+        parameters=given_parameters,
+    )
+    # The frame that was flown has more drag: 3 % as of all flights.
+    assert result.totals.time_s == pytest.approx(flown_s, rel=0.03)
+    told = [one for one in result.findings if "before the first leg" in one.message]
+    assert bool(told) is (items[1].command == speed(1.0).command)
+
+
+def test_a_climb_speed_lowered_before_the_first_leg_is_kept() -> None:
+    slow = (takeoff(15), speed(0.5, kind=UP), waypoint(80, 30), rtl())
+    found = make_route(mission(*slow), dialect=ARDUPILOT, habits=VehicleHabits(climb_speed_m_s=2.5))
+    assert found.stages[1].climb_speed_m_s == 0.5
+    assert not [one for one in found.findings if one.code == "T102"]

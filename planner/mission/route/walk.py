@@ -203,6 +203,9 @@ HEADING_NORTH = Rule(
 )
 
 
+_BEFORE_LEGS = frozenset({StageKind.TAKEOFF, StageKind.DELAY, *LANDED_STAGES})
+
+
 class VehicleHabits(Value):
     """How the vehicle that flies carries out items, by its settings."""
 
@@ -222,6 +225,9 @@ class VehicleHabits(Value):
     """Radius of circles whose items have none, nor has one before. [m]"""
     circles_clockwise: bool = True
     """Whether CIRCLE_RATE is positive."""
+    climb_speed_m_s: float = math.inf
+    """Its own, by its parameters; infinite where they are not known. [m/s]"""
+    descent_speed_m_s: float = math.inf
 
 
 AS_DELIVERED = VehicleHabits()
@@ -752,10 +758,10 @@ class MissionState(Position, kw_only=True, eq=False):
         elif speed is None or speed <= 0.0:
             return
         elif kind == 2.0:
-            self.climb_speed_m_s = speed
+            self.climb_speed_m_s = self._kept_m_s(speed, self.habits.climb_speed_m_s, "climb")
             self.is_climb_late = self.queued > 0
         elif kind == DESCENT:
-            self.descent_speed_m_s = speed
+            self.descent_speed_m_s = self._kept_m_s(speed, self.habits.descent_speed_m_s, "descent")
             self.is_descent_late = self.queued > 0
         elif kind in {0.0, 1.0}:
             self.speed_m_s = speed
@@ -763,6 +769,23 @@ class MissionState(Position, kw_only=True, eq=False):
         else:
             message = f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
             self.remark(ITEM_NOT_MODELLED, message)
+
+    def _kept_m_s(self, speed_m_s: float, own_m_s: float, what: str) -> float:
+        """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it does not.
+
+        Flown by a build of 4.7: climbs at WPNAV_SPEED_UP to a second place, 30 % longer; before splines what
+        is lowered is lost too, which is faster than predicted.  Its controller for places begins anew behind
+        a take-off (``ModeAuto::wp_start``).
+        """
+        has_flown = any(one.kind not in _BEFORE_LEGS for one in self.stages[-1:])
+        if self.dialect is not Autopilot.ARDUPILOT or has_flown or speed_m_s <= own_m_s:
+            return speed_m_s
+        self.remark(
+            ITEM_NOT_MODELLED,
+            f"a {what} at {quantity.speed(speed_m_s)} set before the first leg: ArduPilot may not keep it; "
+            f"predicted at {quantity.speed(own_m_s)} of its parameters; set it behind the first waypoint",
+        )
+        return own_m_s
 
     def _change_px4_speed(self, speed_m_s: float | None) -> None:
         """Take a speed: PX4 does not look at the type, and nothing above zero resets to its own."""
