@@ -431,7 +431,7 @@ def _speed_limits(
     step it was identified on.
     """
     columns = motion.segments
-    slow_up = "takeoff_speed_m_s" if _is_px4(given) else "climb_speed_m_s"
+    slow_up, slow_up_m_s = _slow_climb(given)
     altitude = a.vehicle.responses.altitude
     longest_m = math.inf if altitude is None else altitude.identified_step_m + HEIGHT_SLACK_M
     unknown = returning & (np.abs(columns.climb_m) > longest_m)
@@ -449,11 +449,23 @@ def _speed_limits(
         (fast, np.where(lands, 0.0, down_m)),
         (_fast_landing(given) or fast, np.where(lands, down_m - slow_m, 0.0)),
     ):
-        limit_m_s = float(getattr(given, name))
+        limit_m_s = slow_up_m_s if name == slow_up else float(getattr(given, name))
         if name == _FAST_LANDING:  # "Don't speed up for landing": no slower than its last part
             limit_m_s = max(limit_m_s, given.land_speed_m_s)
         counted_m = way_m if _is_stated(given, name) else np.where(unknown, way_m, 0.0)
         yield name, limit_m_s, counted_m, counted_m * s_per_m
+
+
+def _slow_climb(given: FlightParameters) -> tuple[str, float]:
+    """Return what limits the first part of a take-off, and to what. [m/s]"""
+    if not _is_px4(given):
+        return "climb_speed_m_s", given.climb_speed_m_s
+    from planner.flight.motion.px4.lift_off import lift_off
+
+    beyond = given.takeoff_speed_m_s > given.climb_speed_max_m_s
+    governs = beyond and not _is_stated(given, "takeoff_speed_m_s")
+    name = "climb_speed_max_m_s" if governs else "takeoff_speed_m_s"
+    return name, lift_off(given).speed_m_s
 
 
 _FAST_LANDING = "land_high_speed_m_s"

@@ -58,6 +58,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "rally": (PARAMETERS,),
     "mission_landing": (PARAMETERS,),
     "way_back": (PARAMETERS,),
+    "takeoff_speed": (PARAMETERS,),
     "arming": (PARAMETERS,),
     "ground_wait": (),
     "control": (PARAMETERS,),

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from px4_flights import fly_px4
 
 from planner.flight.motion.kinematics import STATES
+from planner.flight.motion.px4.lift_off import lift_off
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -55,9 +56,9 @@ def test_a_landing_below_home_is_slow_from_where_it_would_be_over_home() -> None
     ("change", "longer_s"),
     [
         ({"spool_up_s": 3.0}, 2.0),
-        ({"takeoff_ramp_s": 5.0}, 2.0),
-        # 10 m at 1 m/s instead of 1.5 m/s; 0.83 s behind either way.
-        ({"takeoff_speed_m_s": 1.0}, 10.0 / 1.0 - 10.0 / 1.5),
+        # Flown: 19.2 m after 20.1 s and 22.2 s instead of 17.4 s.
+        ({"takeoff_ramp_s": 5.0}, 2.7),
+        ({"takeoff_speed_m_s": 1.0}, 4.8),
         # Slow up to 20 m instead of 10 m, and at full speed on from there: 10/1.5 − 10/3.
         ({"land_slow_height_m": 20.0}, 10.0 / 1.5 - 10.0 / 3.0),
         ({"climb_speed_m_s": 2.0}, None),
@@ -74,6 +75,67 @@ def test_each_parameter_of_a_takeoff_moves_it_as_its_law_says(
     else:
         # Speeding up from 1 m/s to 3 m/s takes 0.2 s longer than from 1.5 m/s.
         assert difference == pytest.approx(longer_s, abs=0.25)
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "most_m_s", "ramp_s", "flown_s"),
+    [
+        (1.5, 3.0, 3.0, 11.6),
+        (1.5, 1.5, 3.0, 12.1),  # the limit rises more slowly
+        (1.5, 1.3, 3.0, 13.3),
+        (1.5, 3.0, 5.0, 14.2),
+        (3.2, 3.0, 2.4, 6.7),
+        # What went down on the ground is made good first: lifts off after 8 s, 9 s and 10.2 s.
+        (1.0, 3.0, 3.0, 16.1),
+        (0.8, 3.0, 3.0, 19.7),
+        (0.6, 3.0, 3.0, 25.9),
+        (0.6, 1.0, 3.0, 26.9),
+        (0.54, 0.9, 3.0, 29.9),
+    ],
+)
+def test_a_takeoff_is_at_9_9_m_when_it_was_flown_there(
+    speed_m_s: float, most_m_s: float, ramp_s: float, flown_s: float
+) -> None:
+    assert _at_9_9_m_s(speed_m_s, most_m_s, ramp_s) == pytest.approx(flown_s, abs=0.45)
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "most_m_s", "ramp_s", "flown_s"),
+    [
+        (1.5, 1.1, 1.5, 18.5),
+        (1.5, 1.0, 3.0, 22.8),
+        (1.5, 0.5, 3.0, 45.9),
+        (3.0, 2.0, 3.0, 12.2),
+        (3.2, 1.5, 2.4, 14.7),
+        (5.0, 3.0, 3.0, 8.5),
+    ],
+)
+def test_a_takeoff_beyond_the_limit_of_climbs_stops_again_and_again(
+    speed_m_s: float, most_m_s: float, ramp_s: float, flown_s: float
+) -> None:
+    """Within half a stop: they are predicted as a steady climb at their mean."""
+    assert _at_9_9_m_s(speed_m_s, most_m_s, ramp_s) == pytest.approx(flown_s, abs=1.3)
+
+
+@pytest.mark.parametrize(("most_m_s", "stops"), [(1.5 / 1.3 - 1e-6, True), (1.5 / 1.3, False)])
+def test_a_takeoff_stops_beyond_1_3_times_the_limit(most_m_s: float, *, stops: bool) -> None:
+    assert bool(lift_off(replace(PX4, climb_speed_max_m_s=most_m_s)).stops_every_m) is stops
+
+
+def test_a_pulse_of_a_takeoff_is_as_its_laws_say() -> None:
+    """To 1.3 m/s at 0.5 m/s², 2.66 s and 1.7 m, and in 0.78 s and 0.55 m to a stop; 0.6 m/s flown."""
+    begins = lift_off(replace(PX4, climb_speed_max_m_s=1.0))
+    assert begins.stops_every_m == pytest.approx(2.25, abs=0.03)
+    assert begins.speed_m_s == pytest.approx(0.61, abs=0.01)
+
+
+def _at_9_9_m_s(speed_m_s: float, most_m_s: float, ramp_s: float) -> float:
+    changed = replace(
+        PX4, takeoff_speed_m_s=speed_m_s, climb_speed_max_m_s=most_m_s, takeoff_ramp_s=ramp_s
+    )
+    motion = fly_px4((takeoff(30.0),), changed)
+    times = np.arange(0.0, motion.segments.end_s[0], 0.01)
+    return float(times[np.argmax(motion.state_at_time(times).height_m > 9.9)])
 
 
 def test_a_takeoff_stands_at_no_power_until_half_its_ramp() -> None:

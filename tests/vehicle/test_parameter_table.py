@@ -337,7 +337,8 @@ def test_px4_keeps_design_speeds_inside_the_absolute_ones() -> None:
         climb_speed_max_m_s=1.0,
     )
     assert parameters.cruise_speed_m_s == 10.0
-    assert (parameters.climb_speed_m_s, parameters.takeoff_speed_m_s) == (1.0, 1.0)
+    # The speed of take-offs it limits in a copy of its own (MulticopterPositionControl).
+    assert (parameters.climb_speed_m_s, parameters.takeoff_speed_m_s) == (1.0, 1.5)
     assert (parameters.descent_speed_m_s, parameters.land_speed_m_s) == (0.5, 0.5)
 
 

@@ -206,7 +206,6 @@ class Px4Parameters(AutopilotParameters, eq=False):
             ("speed_max_m_s", "cruise_speed_m_s"),
             ("climb_speed_max_m_s", "climb_speed_m_s"),
             ("descent_speed_max_m_s", "descent_speed_m_s"),
-            ("climb_speed_max_m_s", "takeoff_speed_m_s"),
             ("descent_speed_max_m_s", "land_speed_m_s"),
             ("attitude_yaw_rate_rad_s", "yaw_rate_rad_s"),
         ):

@@ -75,7 +75,9 @@ PARAMETER_OVERRULED = Rule(
     summary="A parameter is overruled by another one, as it will be on the vehicle.",
     why="The vehicle will not fly at the value that was set.",
     how="PX4 keeps design values inside its absolute limits (MPC_XY_CRUISE inside MPC_XY_VEL_MAX), "
-    "and overwrites them where MPC_XY_VEL_ALL, MPC_Z_VEL_ALL or SYS_VEHICLE_RESP is not negative; ArduPilot "
+    "and overwrites them where MPC_XY_VEL_ALL, MPC_Z_VEL_ALL or SYS_VEHICLE_RESP is not negative; a take-off "
+    "with MPC_TKO_SPEED above 1.3 times MPC_Z_VEL_MAX_UP brakes to a full stop again and again up to "
+    "MPC_LAND_ALT1 (FlightTaskAuto::_checkEmergencyBraking; flown 0.6 m/s for 1 m/s); ArduPilot "
     "accelerates no more than the lean allows, g tan(PSC_ANGLE_MAX), or of ATC_ANGLE_MAX where that is 0.",
     fix="raise the limit on the vehicle, or lower the value",
 )

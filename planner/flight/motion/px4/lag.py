@@ -10,7 +10,6 @@ import numpy as np
 
 from planner.flight.motion.kinematics import horizontal, quotient
 from planner.flight.motion.px4.braking import STILL_M
-from planner.flight.motion.px4.landing import CLIMB_LATE_S, RECORDED_DRAG_PER_S
 from planner.flight.motion.px4.pieces import HOLD, PAUSE, Ordered
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
@@ -110,11 +109,6 @@ class TrackingLag(Value):
         force = self.drag_per_s * edges[-1] - built - (drag[-1] - built) * settled
         stiffness = p.vertical_velocity_gain_per_s * p.vertical_position_gain_per_s
         return np.asarray(-force * np.sign(edges[-1]) / stiffness)
-
-    def climb_late_s(self) -> float:
-        """Return by how much a take-off is late: its height is kept at the vehicle's, k q + z = D v. [s]"""
-        drag = self.drag_per_s - RECORDED_DRAG_PER_S
-        return max(CLIMB_LATE_S + drag / self.parameters.vertical_integral_gain_per_s2, 0.0)
 
     def followed(self, ordered: Ordered, moves: Moves) -> Ordered:
         """Return the pieces as the vehicle flies them, in the time the trajectory waits for it."""

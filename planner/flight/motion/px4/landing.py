@@ -17,6 +17,7 @@ from planner.flight.motion.px4.braking import (
     vertical_limits,
 )
 from planner.flight.motion.px4.laws import Settlings, braked_speed_m_s
+from planner.flight.motion.px4.lift_off import lift_off, takeoff_acceleration_m_s2
 from planner.flight.motion.px4.pieces import RAMP, Curves, Places
 from planner.values import Value
 
@@ -394,16 +395,6 @@ def slowing_at_ends_m_s2(legs: Px4Legs) -> FloatArray:
     return np.where(moving & (straights.braking.final_m <= STILL_M), slowing, 0.0)
 
 
-LIFT_OFF_AFTER_S = 0.2
-"""From the end of the thrust ramp to lift-off: 4.2 s after arming with 1 s of spool-up and 3 s of ramp
-(measured). [s]"""
-CLIMB_LATE_S = 0.83
-"""Time the climb is late against one at full speed from lift-off on: 10 m at 1.5 m/s are reached 11.7 s after
-arming, not 10.9 s (measured, at RECORDED_DRAG_PER_S).  PX4 only begins to raise the speed while the thrust
-ramps up. [s]"""
-RECORDED_DRAG_PER_S = 0.15
-"""Deceleration by the air over airspeed of the vehicle whose climbs these are. [s⁻¹]"""
-
 _LEFT_TO_LEG_M = 0.001
 """Least height left to the leg a take-off ends as, which hands on its speed. [m]"""
 
@@ -427,16 +418,6 @@ class Takeoffs(Columns, eq=False):
     """Whether that is climbed at MPC_Z_V_AUTO_UP; else MPC_TKO_SPEED holds to the end."""
 
 
-def takeoff_acceleration_m_s2(parameters: Px4Parameters) -> float:
-    """Return the greatest vertical acceleration of a take-off near the ground, braking included. [m s⁻²]
-
-    ``FlightTaskAuto::_updateTrajConstraints``.
-    """
-    ramp_s = parameters.takeoff_ramp_s
-    most = parameters.acceleration_up_m_s2
-    return min(most, parameters.takeoff_speed_m_s / ramp_s) if ramp_s > 0.0 else most
-
-
 def takeoff_band_m(height_m: FloatArray, parameters: Px4Parameters) -> FloatArray:
     """Return how far below their height take-offs count as reached. [m]
 
@@ -451,7 +432,7 @@ def make_takeoffs(
 ) -> Takeoffs:
     """Return the beginnings of take-offs from the ground to the heights of targets. (k, 3) each
 
-    Climbs are late by ``late_s`` (k,), ``CLIMB_LATE_S`` where the drag is not known.
+    Climbs are late by ``late_s`` (k,), as of `LiftOff`.
 
     Notes
     -----
@@ -462,11 +443,12 @@ def make_takeoffs(
     """
     height = np.maximum(target_m[:, 2] - ground_m[:, 2], 0.0)
     a, j = takeoff_acceleration_m_s2(parameters), parameters.jerk_m_s3
-    rising = parameters.takeoff_speed_m_s / (2.0 * late_s)
+    most = lift_off(parameters).speed_m_s
+    rising = most / (2.0 * late_s)
     # The highest speed v with v²/2 rising for the rise, and its braking distance, within the height.
     half, both = half_b_m_s(a, j) / a, 1.0 / rising + 1.0 / a
     fitting = (np.sqrt(half**2 + 2.0 * both * height) - half) / both
-    speed = np.minimum(parameters.takeoff_speed_m_s, fitting)
+    speed = np.minimum(most, fitting)
     risen = 0.5 * speed**2 / rising
     kept = braking_distance_m(speed, 0.0, a, j)
     slow = np.maximum(parameters.land_slow_height_m, risen)
@@ -500,7 +482,7 @@ def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
     ramp_s = parameters.takeoff_ramp_s
     duration, height, speed, acceleration = np.zeros((4, _TAKEOFF_PHASES, len(move)))
     duration[0] = parameters.spool_up_s + IDLE_FRACTION * ramp_s
-    duration[1] = (1.0 - IDLE_FRACTION) * ramp_s + LIFT_OFF_AFTER_S
+    duration[1] = np.maximum(lift_off(parameters).after_s - IDLE_FRACTION * ramp_s, 0.0)
     duration[2], duration[3] = takeoffs.rise_s, quotient(steady_m, speed_m_s)
     height[3], speed[3] = risen_m, speed_m_s
     acceleration[2] = quotient(speed_m_s, takeoffs.rise_s)

@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import allowed_speed_m_s, braking_distance_m, half_b_m_s
-from planner.flight.motion.px4.landing import CLIMB_LATE_S
 from planner.flight.motion.px4.laws import braked_speed_m_s
+from planner.flight.motion.px4.lift_off import lift_off
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import replace
 
@@ -245,7 +245,7 @@ class Moves(Columns, eq=False):
             is_first=np.arange(len(rows)) == 0,
             start_m=np.zeros((len(rows), 3)),
             start_yaw_rad=np.full(len(rows), np.nan),
-            late_s=np.full(len(rows), CLIMB_LATE_S),
+            late_s=np.full(len(rows), lift_off(parameters).late_s),
             past_m=np.zeros(len(rows)),
         )
 
@@ -305,7 +305,7 @@ def return_moves(
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
         start_yaw_rad=np.full(len(flight), np.nan),
-        late_s=np.full(len(flight), CLIMB_LATE_S),
+        late_s=np.full(len(flight), lift_off(parameters).late_s),
         past_m=np.zeros(len(flight)),
     )
 

@@ -27,6 +27,7 @@ from planner.flight.motion.px4.landing import (
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs
+from planner.flight.motion.px4.lift_off import lift_off
 from planner.flight.motion.px4.moves import (
     Moves,
     heights_of_returns_m,
@@ -204,7 +205,8 @@ class Px4Pilot(Value):
         lag = None
         if self.drag_per_s:
             lag = TrackingLag(drag_per_s=self.drag_per_s, parameters=self.parameters)
-            moves = replace(moves, late_s=np.full(len(moves.item), lag.climb_late_s()))
+            late_s = lift_off(self.parameters, self.drag_per_s).late_s
+            moves = replace(moves, late_s=np.full(len(moves.item), late_s))
             # The lag that a known drag causes is not counted twice.
             time_scale = replace(time_scale, lag_s=0.0)
         begins = moves.beginnings_m()

@@ -19,7 +19,7 @@ from planner.flight.motion.px4.braking import (
     ramp_time_s,
     vertical_limits,
 )
-from planner.flight.motion.px4.landing import takeoff_acceleration_m_s2
+from planner.flight.motion.px4.lift_off import takeoff_acceleration_m_s2
 from planner.flight.motion.px4.moves import directions
 from planner.values import field_names, field_values, replace
 

@@ -1,0 +1,128 @@
+"""When a take-off of PX4's leaves the ground, and how it climbs from there."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.units import GRAVITY_M_S2
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+RECORDED_DRAG_PER_S = 0.15
+"""Deceleration by the air over airspeed of the vehicle whose climbs were measured. [s⁻¹]"""
+_ON_THE_GROUND_M_S = -0.7
+"""Upwards, the speed that the trajectory has on the ground (``FlightTaskAuto::reActivate``)."""
+_BRAKES_BEYOND = 1.3
+"""Times the limit of the speed: there it brakes to a full stop (``_checkEmergencyBraking``)."""
+_BRAKING_M_S3 = GRAVITY_M_S2
+"""Its jerk then (``_updateTrajConstraints``)."""
+_MOTORS_S = 0.48
+"""From thrust beyond that of a hover to 2 cm above the ground: 0.35 to 0.5 s in eleven take-offs. [s]"""
+_SOONER_S = 0.108
+"""By which the climb is sooner all the same: 10 m at 1.5 m/s were reached 11.7 s after arming. [s]"""
+_SOONEST_S = 0.05
+"""Least time that a climb is late. [s]"""
+_STEP_S = 0.004
+
+
+class LiftOff(Value):
+    """How a take-off begins.
+
+    Notes
+    -----
+    On the ground the trajectory stands at 0.7 m/s down.  As thrust begins to ramp up it accelerates upwards
+    by MPC_TKO_SPEED/MPC_TKO_RAMP_T to MPC_TKO_SPEED, which only the controller keeps below
+    MPC_Z_VEL_MAX_UP (``MulticopterPositionControl::parameters_update`` sets a copy of its own).  Beyond 1.3
+    times that it brakes to a full stop, and begins again.
+
+    The controller takes the lesser u of it and of a limit that rises from −g/k to MPC_Z_VEL_MAX_UP over
+    MPC_TKO_RAMP_T (``TakeoffHandling::updateRamp``).  The vehicle lifts off when k u + z > 0, ż = i u:
+    what went down on the ground has to be made good first.  In a steady climb the integral is that of the
+    drag, z = D v, so from lift-off on ∫(u − v) dt = (D v − z)/i.
+    """
+
+    after_s: float
+    """From where thrust begins to ramp up."""
+    late_s: float
+    """By which the climb is late against one at full speed from lift-off on."""
+    speed_m_s: float
+    """Of the climb near the ground, on average."""
+    stops_every_m: float
+    """Way between full stops; 0: it climbs steadily."""
+
+
+def takeoff_acceleration_m_s2(parameters: Px4Parameters) -> float:
+    """Return the greatest vertical acceleration of a take-off near the ground, braking included. [m s⁻²]
+
+    ``FlightTaskAuto::_updateTrajConstraints``.
+    """
+    ramp_s = parameters.takeoff_ramp_s
+    most = parameters.acceleration_up_m_s2
+    return min(most, parameters.takeoff_speed_m_s / ramp_s) if ramp_s > 0.0 else most
+
+
+@lru_cache(maxsize=64)  # asked for every motion again
+def lift_off(parameters: Px4Parameters, drag_per_s: float = RECORDED_DRAG_PER_S) -> LiftOff:
+    """Return how take-offs begin."""
+    p, most_m_s = parameters, parameters.climb_speed_max_m_s
+    gain, integral = p.vertical_velocity_gain_per_s, p.vertical_integral_gain_per_s2
+    ramp_s, slowest_m_s = max(p.takeoff_ramp_s, _STEP_S), -GRAVITY_M_S2 / gain
+    trajectory, pulse = _trajectory_m_s(p)
+    mean_m_s = float(np.minimum(pulse, most_m_s).mean())
+    # What went down is made good at the speed of the climb, at most.
+    rising_s = len(trajectory) * _STEP_S
+    lasts_s = 2.0 * rising_s + (rising_s * -_ON_THE_GROUND_M_S - ramp_s * slowest_m_s) / mean_m_s
+    pulses = math.ceil(lasts_s / (_STEP_S * len(pulse)))
+    trajectory = np.concatenate((trajectory, np.tile(pulse, pulses)))
+    time_s = _STEP_S * np.arange(len(trajectory))
+    ordered = np.minimum(trajectory, np.interp(time_s, (0.0, ramp_s), (slowest_m_s, most_m_s)))
+    # No integral while there is no thrust to take away (``PositionControl::_velocityControl``).
+    counted = np.where(ordered > slowest_m_s, ordered, 0.0)
+    built = np.maximum(integral * _STEP_S * np.cumsum(counted), -GRAVITY_M_S2)
+    lifts = int(np.argmax(gain * ordered + built > 0.0))
+    missing_m = _STEP_S * float((mean_m_s - ordered[lifts:]).sum())
+    settling_m = (drag_per_s * mean_m_s - float(built[lifts])) / integral
+    late_s = (missing_m + settling_m) / mean_m_s - _MOTORS_S - _SOONER_S
+    return LiftOff(
+        after_s=_STEP_S * lifts + _MOTORS_S,
+        late_s=max(late_s, _SOONEST_S),
+        speed_m_s=mean_m_s,
+        stops_every_m=_STEP_S * float(pulse.sum()) if len(pulse) > 1 else 0.0,
+    )
+
+
+def _trajectory_m_s(parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+    """Return the speed of the trajectory, step by step: as it begins, and what it repeats from there."""
+    p, speed_m_s = parameters, parameters.takeoff_speed_m_s
+    limit_m_s = _BRAKES_BEYOND * p.climb_speed_max_m_s
+    if speed_m_s > limit_m_s:
+        return _to_a_stop(_ON_THE_GROUND_M_S, limit_m_s, p), _to_a_stop(0.0, limit_m_s, p)
+    rising, _ = _risen(_ON_THE_GROUND_M_S, speed_m_s, p)
+    return np.minimum(rising, speed_m_s), np.array([speed_m_s])
+
+
+def _risen(from_m_s: float, to_m_s: float, parameters: Px4Parameters) -> tuple[FloatArray, float]:
+    """Return the speed until it is at a higher one, step by step, and the acceleration there."""
+    most, jerk = takeoff_acceleration_m_s2(parameters), parameters.jerk_m_s3
+    time_s = np.arange(0.0, (to_m_s - from_m_s) / most + most / jerk + _STEP_S, _STEP_S)
+    rising = np.minimum(jerk * time_s, most)
+    speed = from_m_s + _STEP_S * np.cumsum(rising)
+    reached = int(np.argmax(speed > to_m_s)) or len(speed) - 1
+    return speed[: reached + 1], float(rising[reached])
+
+
+def _to_a_stop(from_m_s: float, to_m_s: float, parameters: Px4Parameters) -> FloatArray:
+    """Return the speed as it rises to where it brakes, and brakes to a full stop, step by step."""
+    speed, rising = _risen(from_m_s, to_m_s, parameters)
+    top_m_s = speed[-1] + rising**2 / (2.0 * _BRAKING_M_S3)
+    most = math.sqrt(_BRAKING_M_S3 * top_m_s)
+    time_s = np.arange(0.0, (rising + 2.0 * most) / _BRAKING_M_S3, _STEP_S)
+    braking = np.abs(_BRAKING_M_S3 * time_s - rising - most) - most
+    return np.concatenate((speed, speed[-1] + _STEP_S * np.cumsum(braking)))
