@@ -69,8 +69,9 @@ _CONTINUE_AFTER_LAND, _KEEP_COUNTS = 4, 8
 """Bits of ArduPilot's MIS_OPTIONS."""
 _COUNTS_ANEW = (4, 7)
 """The version of ArduCopter from which on a jump counts anew (ArduPilot #29763)."""
-_CIRCLES_BY_RATE = (4, 7)
-"""The version of ArduCopter whose circles go by CIRCLE_RATE alone; later ones are not known."""
+_AS_FLOWN = (4, 7)
+"""The version of ArduCopter whose circles go by CIRCLE_RATE alone, and whose landings at a place by its
+altitude; later ones are not known."""
 _BISECTIONS = 60
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
@@ -220,7 +221,8 @@ def habits_of(parameters: FlightParameters | None, target: Target | None) -> Veh
         continues_after=_continues_after(parameters),
         payload_waits_s=_payload_waits_s(parameters),
         keeps_counts=_keeps_jump_counts(parameters, target),
-        circles_by_rate=_circles_by_rate(target),
+        circles_by_rate=_is_4_7(target),
+        lands_by_altitude=_is_4_7(target),
     )
     if not is_of_ardupilot(parameters):
         return habits
@@ -234,11 +236,11 @@ def habits_of(parameters: FlightParameters | None, target: Target | None) -> Veh
     )
 
 
-def _circles_by_rate(target: Target | None) -> bool | None:
-    """Return whether circles are flown as by 4.7; ``None``: not known, nor of later ones."""
-    if target is None or target.version is None or target.version > _CIRCLES_BY_RATE:
+def _is_4_7(target: Target | None) -> bool | None:
+    """Return whether circles and landings are flown as by 4.7; ``None``: not known, nor of later ones."""
+    if target is None or target.version is None or target.version > _AS_FLOWN:
         return None
-    return target.version == _CIRCLES_BY_RATE
+    return target.version == _AS_FLOWN
 
 
 def _continues_after(parameters: FlightParameters | None) -> frozenset[StageKind] | None:

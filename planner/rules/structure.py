@@ -323,7 +323,8 @@ LANDING_ALTITUDE = Rule(
     "M120 landing-altitude",
     Severity.WARNING,
     summary="A landing has an altitude other than home's.",
-    why="Multicopters land on the ground and ignore it; other vehicles and other programs do not.  "
+    why="PX4's multicopters and ArduCopter before 4.7 land on the ground and ignore it; from 4.7 on "
+    "ArduCopter takes it for the height of the ground and is slow from 10 m above it, or too fast (T120).  "
     "ArduPilot's users ask for this check and for a way to turn it off (#4701).",
     how="NAV_LAND in a frame above home with an altitude that is not 0.",
     fix="write 0, where the ground is level with home",

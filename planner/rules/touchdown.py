@@ -10,13 +10,14 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HERE
-from planner.mission.route.stage import LANDED_STAGES
+from planner.mission.route.stage import LANDED_STAGES, StageKind
 from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, judges
 from planner.rules.terrain_following import reach_down_m
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
@@ -37,7 +38,8 @@ LANDS_FAST = Rule(
     how="The speed of the descent at the height above home of the ground of --terrain, where the mission "
     "lands or a return leads: ArduPilot without a rangefinder that looks down "
     "(Mode::get_alt_above_ground_cm; TERRAIN_ENABLE gives no data by itself), and PX4, whose range sensor no "
-    "parameter names.  A warning where it is above 1.1 times LAND_SPEED or MPC_LAND_SPEED; an error above "
+    "parameter names.  ArduCopter 4.7 (--target) by the altitude of a NAV_LAND with a place, where that is "
+    "above home.  A warning where it is above 1.1 times LAND_SPEED or MPC_LAND_SPEED; an error above "
     "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.",
     fix="lower the descent speed (LAND_SPEED_HIGH or WPNAV_SPEED_DN, MPC_Z_V_AUTO_DN) to that of the "
     "landing, or land no more than 10 m (LAND_ALT_LOW, MPC_LAND_ALT2 5 m) higher than home",
@@ -52,7 +54,9 @@ def _lands_fast(
     places, stages = a.returns.destinations, a.route.stages
     landing = np.array(a.route.rows_of(*LANDED_STAGES), np.intp)
     ground_m = np.array([stages[row].height_m for row in landing.tolist()])
-    above_m = ground_m - places.home_datum_m[places.home_of(landing)]
+    named_m = [stages[r].named_ground_m if stages[r].lands_by_name else None for r in landing]
+    level_m = np.fmax(places.home_datum_m[places.home_of(landing)], np.array(named_m, np.float64))
+    above_m = ground_m - level_m
     item: list[int | None] = [stages[row].item for row in landing.tolist()]
     sample = a.returns.sample
     if sample is not None:
@@ -82,13 +86,17 @@ def _lands_fast(
 LANDS_HARD = Rule(
     "T120 lands-hard",
     Severity.ERROR,
-    summary="The parameters have the vehicle touch level ground too fast.",
+    summary="The parameters, or the altitude of a landing, have the vehicle touch level ground too fast.",
     why="It breaks its landing gear, or falls over with its rotors turning: at the end of the mission, and "
     "on each return.",
     how="The speed at which it comes down to the height of home, by LAND_SPEED (LAND_SPD_MS from 4.7 on), or "
     "MPC_LAND_SPEED and the limits above it, without what a range sensor would take off; on PX4 no slower "
     "than MPC_ACC_UP_MAX can make it between MPC_LAND_ALT1, MPC_LAND_ALT2 and the ground: an error above "
-    "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.  A vehicle that does not land is not judged.",
+    "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.  A vehicle that does not land is not "
+    "judged.  From 4.7 on ArduCopter without a rangefinder that looks down takes the altitude of a NAV_LAND "
+    "with a place for that of the ground (ModeAuto::get_alt_above_ground_cm, #30195): an error above 1.1 "
+    "times LAND_SPEED where it does not slow down for that, above ground of --terrain or level with home, "
+    "unless --target is an older version.  Flown, 20 m below home: 'SIM Hit ground at 1.50 m/s'.",
     fix="set LAND_SPEED to 0.5 m/s, MPC_LAND_SPEED to 0.7 m/s, as delivered",
     instead="the parameters of --params",
 )
@@ -102,6 +110,30 @@ def _lands_hard(a: Assessment, parameters: FlightParameters) -> Iterator[Found]:
             LANDS_HARD,
             f"touches the ground at {quantity.speed(speed_m_s)}; vehicles stand "
             f"{quantity.speed(_TOO_FAST_M_S)} at most",
+        )
+    if ARDUPILOT.of(a) is not None and reach_down_m(a) is None:
+        yield from _by_its_altitude(a, parameters)
+
+
+def _by_its_altitude(a: Assessment, parameters: FlightParameters) -> Iterator[Finding]:
+    """Yield the landings that ArduCopter, from 4.7 on, does not slow down, for want of altitude."""
+    for stage in a.route.stages_of(StageKind.LAND):
+        if stage.named_ground_m is None:
+            continue
+        below_m = stage.height_m - stage.named_ground_m
+        by_name_m_s, slow_m_s = _touch_down_m_s(parameters, below_m)
+        by_home_m_s, _ = _touch_down_m_s(parameters, stage.height_m - stage.datum_m)  # else T117
+        if not by_name_m_s > _FASTER * slow_m_s >= by_home_m_s:
+            continue
+        by, older = "", ""
+        if not stage.lands_by_name:
+            by, older = " from 4.7 on", "; --target for an older version"
+        yield a.finding(
+            LANDS_HARD,
+            f"touches the ground at {quantity.speed(by_name_m_s)}: ArduCopter{by} takes the altitude of the "
+            f"landing for that of the ground, which is {quantity.height(below_m)} higher",
+            item=stage.item,
+            fix=f"give the landing the altitude of the ground, 0 above home where that is level{older}",
         )
 
 

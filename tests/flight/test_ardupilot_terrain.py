@@ -19,7 +19,7 @@ from made_terrain import ground, hill, slope
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
-from planner.flight.motion.ardupilot.vertical import landing, landing_speed_m_s
+from planner.flight.motion.ardupilot.vertical import landing, landing_level_m, landing_speed_m_s
 from planner.flight.motion.followed_ground import following_to_land
 from planner.geo.geodesy import LocalFrame
 from planner.service.preflight import CheckResult, assess, check
@@ -304,7 +304,9 @@ def test_a_vehicle_that_measures_no_ground_slows_down_ten_metres_above_home(
     # From 60 m above home to ground 150 m below it: the last 10 m at 0.5 m/s, or all below 10 m above home.
     start, ground_m = np.array([[0.0, 0.0, 60.0]]), np.array([-150.0])
     measured, own = (
-        landing(np.array([0]), start, ground_m, one).duration_s.sum()
+        landing(
+            np.array([0]), start, ground_m, one, level_m=landing_level_m(ground_m, np.zeros(1), one)
+        ).duration_s.sum()
         for one in (replace(DEFAULTS, rangefinder_type=8), replace(DEFAULTS, **given))
     )
     longer_s = 0.0 if "rangefinder_type" in given else 150.0 / 0.5 - 150.0 / 1.5

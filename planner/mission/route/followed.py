@@ -114,7 +114,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
             if len(self.stages) > begun:
                 self.conditions.clear()
                 if self.waiting and is_navigation(item.command):
-                    self._fly_with_queue(begun, before)
+                    self._fly_with_queue(item, begun, before)
         if is_navigation(item.command):
             self.queued, self.first_commanded = 0, None
             self.is_speed_late = self.is_climb_late = self.is_descent_late = False
@@ -230,11 +230,15 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
             for stage in self.stages[begun:]
         )
 
-    def _fly_with_queue(self, begun: int, before: tuple[float, float, float]) -> None:
+    def _fly_with_queue(
+        self, flown: MissionItem, begun: int, before: tuple[float, float, float]
+    ) -> None:
         """Divide the stage just added where items held back are carried out on the way.
 
         Parameters
         ----------
+        flown : MissionItem
+            What it is of.
         begun : int
             Its position in the stages.
         before : tuple of float
@@ -271,6 +275,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         parts = len(self.stages) - begun
         self.number, self.place = own
         now = self._returning() if stage.kind is StageKind.RETURN else self._stage(stage.kind)
+        lands = stage.kind is StageKind.LAND
         self._add(
             replace(
                 stage,
@@ -279,7 +284,8 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
                 climb_speed_m_s=now.climb_speed_m_s,
                 descent_speed_m_s=now.descent_speed_m_s,
                 lands_at_m_s=self._lands_at_m_s(stage.kind, is_here=stage.is_here),
-                datum_m=self.datum_m if stage.kind is StageKind.LAND else stage.datum_m,
+                datum_m=self.datum_m if lands else stage.datum_m,
+                named_ground_m=self._named_ground_m(flown) if lands else None,
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )

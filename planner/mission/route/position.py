@@ -60,7 +60,8 @@ def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: floa
     return None if ground.mask.any() else float(ground)
 
 
-def _is_amsl(frame: int, dialect: Autopilot | None) -> bool:
+def is_amsl(frame: int, dialect: Autopilot | None) -> bool:
+    """Return whether altitudes of a frame count from the sea."""
     return frame in AMSL_FRAMES or (frame == Frame.MISSION and dialect is Autopilot.ARDUPILOT)
 
 
@@ -69,7 +70,7 @@ def counts_from_sea(items: Sequence[MissionItem], dialect: Autopilot | None) -> 
     return any(
         item.command == Command.DO_SET_HOME
         or (
-            _is_amsl(item.frame, dialect)
+            is_amsl(item.frame, dialect)
             and item.altitude_m is not None
             and is_destination(item.command)
             and item.command not in LANDINGS
@@ -235,7 +236,7 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
         frame = item.frame
         if frame in RELATIVE_FRAMES:
             return altitude + self.datum_m
-        if _is_amsl(frame, self.dialect):
+        if is_amsl(frame, self.dialect):
             self.amsl_items.append(self.number)
             height_m = altitude - (self.home_amsl_m or 0.0)
             self._doubt_amsl(item, height_m)

@@ -104,6 +104,11 @@ class Stage(Value, kw_only=False, gc=False):
     """Way down after which the vehicle carries its load back up where it met no ground; 0: never. [m]"""
     datum_m: float = 0.0
     """Height above the first home of the home that counts during a return or a landing. [m]"""
+    named_ground_m: float | None = None
+    """Height above the first home of the ground of a landing, by the altitude of its item, where ArduPilot
+    may go by that; ``None``: it does not. [m]"""
+    lands_by_name: bool = False
+    """Whether it is known to go by that where it names one, not by its home or the terrain."""
     return_ceiling_m: float | None = None
     """Height above that home at which the fence keeps a return; ``None``: as the parameters have it. [m]"""
     return_path: ReturnPath | None = None

@@ -27,7 +27,7 @@ from planner.mission.commands import (
     is_navigation,
     support,
 )
-from planner.mission.route.position import Position
+from planner.mission.route.position import Position, is_amsl
 from planner.mission.route.queue import TURN_DEG_S, HeldItem
 from planner.mission.route.stage import (
     LANDED_STAGES,
@@ -138,7 +138,8 @@ ITEM_NOT_MODELLED = Rule(
     "take-off with another altitude; on PX4 behind a LOITER_TIME of less than 4 s, or a LOITER_TO_ALT of "
     "another height, with parameter 4, and at a DO_CHANGE_SPEED taken back at once; where a "
     "CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of where the leg is "
-    "over, and holds back a speed, a home or the fence.",
+    "over, and holds back a speed, a home or the fence.  A note of a landing that ArduCopter from 4.7 on "
+    "begins to fly slowly too high.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
@@ -221,6 +222,8 @@ class VehicleHabits(Value):
     circles_by_rate: bool | None = None
     """Whether it circles as ArduCopter 4.7 does: which way round by the sign of CIRCLE_RATE, on the spot
     where the item has no radius; ``None``: not known."""
+    lands_by_altitude: bool | None = None
+    """Whether it takes the altitude of a landing for that of the ground there; ``None``: not known."""
     circle_radius_m: float = 10.0
     """Radius of circles whose items have none, nor has one before. [m]"""
     circles_clockwise: bool = True
@@ -528,9 +531,61 @@ class MissionState(Position, kw_only=True, eq=False):
         self.height_m = self.ground_m()
         is_here = not item.names_place
         lands_at_m_s = self._lands_at_m_s(StageKind.LAND, is_here=is_here)
-        stage = self._stage(StageKind.LAND, yaw_deg=item.param4)
-        self._add(replace(stage, is_here=is_here, lands_at_m_s=lands_at_m_s, datum_m=self.datum_m))
+        stage = self._stage(
+            StageKind.LAND,
+            yaw_deg=item.param4,
+            is_here=is_here,
+            datum_m=self.datum_m,
+            named_ground_m=self._named_ground_m(item),
+            lands_by_name=self._lands_by_name(item),
+        )
+        self._add(replace(stage, lands_at_m_s=lands_at_m_s))
+        self._remark_named_ground(self.stages[-1])
         self.is_over = True
+
+    def _remark_named_ground(self, landing: Stage) -> None:
+        """Tell that a landing is slow from far above the ground."""
+        named_m = landing.named_ground_m
+        if self.dialect is not Autopilot.ARDUPILOT or named_m is None:
+            return
+        above_m = named_m - max(landing.height_m, landing.datum_m)
+        if above_m <= 0.0:
+            return
+        by, older = ("", "") if landing.lands_by_name else (" from 4.7 on", ", older ones not")
+        height = quantity.height(above_m)
+        self.remark(
+            ITEM_NOT_MODELLED,
+            f"a landing with an altitude {height} above the ground: ArduCopter{by} takes it for that of the "
+            f"ground and is slow from 10 m (LAND_ALT_LOW) above it, as predicted{older}",
+            severity=Severity.INFO,
+        )
+
+    def _named_ground_m(self, item: MissionItem) -> float | None:
+        """Return the height of the ground of a landing by the altitude of its item; ``None``: none counts.
+
+        Notes
+        -----
+        ``ModeAuto::get_alt_above_ground_cm`` of ArduCopter from 4.7 on (ArduPilot #30195): without a
+        rangefinder a landing at a place goes by its height above that item, in its own frame.  Before by that
+        above the terrain, or above home, as a return and a load set down (``PayloadPlace``) do still.
+        """
+        by_altitude = self.habits.lands_by_altitude is not False
+        if self.dialect is Autopilot.PX4 or not by_altitude or not item.names_place:
+            return None
+        if item.altitude_m is None:
+            return None
+        if item.frame in TERRAIN_FRAMES:
+            ground_m = self._known_ground_m()
+            return item.altitude_m + (self.datum_m if ground_m is None else ground_m)
+        if not is_amsl(item.frame, self.dialect):
+            return item.altitude_m + self.datum_m
+        if self.number not in self.amsl_items:
+            self.amsl_items.append(self.number)
+        return item.altitude_m - (self.home_amsl_m or 0.0)
+
+    def _lands_by_name(self, item: MissionItem) -> bool:
+        """Return whether a landing is known to go by its altitude: above terrain only with its data."""
+        return self.habits.lands_by_altitude is True and item.frame not in TERRAIN_FRAMES
 
     def circle(self, item: MissionItem) -> None:
         """Fly turns about a place; the vehicle is on their circle afterwards."""

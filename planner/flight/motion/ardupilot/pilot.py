@@ -32,7 +32,13 @@ from planner.flight.motion.ardupilot.stages import (
 )
 from planner.flight.motion.ardupilot.timeline import make_motion
 from planner.flight.motion.ardupilot.track_lag import TrackLag
-from planner.flight.motion.ardupilot.vertical import change_of_height, landing, set_down, takeoff
+from planner.flight.motion.ardupilot.vertical import (
+    change_of_height,
+    landing,
+    landing_level_m,
+    set_down,
+    takeoff,
+)
 from planner.flight.motion.kinematics import FlightState, SlowedLegs, hold
 from planner.mission.route.stage import StageKind
 from planner.values import replace
@@ -249,14 +255,18 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
                 stages.place_m[land, 2],
                 parameters,
                 commanded_m_s=stages.lands_at_m_s[land],
-                datum_m=stages.datum_m[land],
+                level_m=landing_level_m(
+                    stages.place_m[land, 2],
+                    stages.datum_m[land],
+                    parameters,
+                    named_m=stages.named_ground_m[land],
+                    is_named=stages.lands_by_name[land],
+                ),
                 wait_s=stages.hold_s[land],
             )
         )
     if len(home) and parameters.return_final_altitude_m <= 0.0:
         ground = stages.place_m[home, 2]
-        datum_m = stages.datum_m[home]
-        wait_s = stages.hold_s[home]
         manoeuvres.append(
             landing(
                 home * SLOTS + 3,
@@ -264,8 +274,8 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
                 ground,
                 parameters,
                 commanded_m_s=stages.lands_at_m_s[home],
-                datum_m=datum_m,
-                wait_s=wait_s,
+                level_m=landing_level_m(ground, stages.datum_m[home], parameters),
+                wait_s=stages.hold_s[home],
             )
         )
     elif len(home):

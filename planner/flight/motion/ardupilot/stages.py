@@ -93,6 +93,11 @@ class StageColumns(Value, eq=False):
     """How far a load is lowered. (n,) [m]"""
     datum_m: FloatArray
     """Height above the first home of the home that counts during a return. (n,) [m]"""
+    named_ground_m: FloatArray
+    """Height above the first home of the ground of a landing by the altitude of its item; NaN: that does not
+    count. (n,) [m]"""
+    lands_by_name: BoolArray
+    """Whether that alone counts, where there is one. (n,)"""
     return_ceiling_m: FloatArray
     """Height above that home at which the fence keeps a return; NaN: as the parameters have it. (n,) [m]"""
     rise_m: FloatArray
@@ -158,6 +163,7 @@ _NUMBERS = (
     *("east_m", "north_m", "height_m"),
     *("speed_m_s", "climb_speed_m_s", "descent_speed_m_s", "lands_at_m_s"),
     *("hold_s", "turns", "radius_m", "above_ground_m", "datum_m", "return_ceiling_m"),
+    *("named_ground_m", "lands_by_name"),
     *("is_speed_late", "is_next_unseen", "is_underway", "is_here", "may_slow_landing"),
 )
 """What is taken of stages as it is; what is absent is no number."""
@@ -249,6 +255,8 @@ def stage_columns(
         above_ground_m=column("above_ground_m"),
         lowered_m=lowered,
         datum_m=column("datum_m"),
+        named_ground_m=numbers["named_ground_m"],
+        lands_by_name=numbers["lands_by_name"] > 0.0,
         return_ceiling_m=numbers["return_ceiling_m"],
         rise_m=rise,
     )
@@ -298,6 +306,8 @@ def return_columns(
         above_ground_m=np.asarray(targets.above_ground_m, np.float64),
         lowered_m=zero,
         datum_m=np.asarray(targets.datum_m, np.float64),
+        named_ground_m=np.full(count, np.nan),
+        lands_by_name=never,
         return_ceiling_m=targets.return_ceiling_m,
         rise_m=zero,
     )

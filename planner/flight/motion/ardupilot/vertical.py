@@ -121,7 +121,7 @@ def landing(
     parameters: ArduPilotParameters,
     *,
     commanded_m_s: FloatArray | float = np.nan,
-    datum_m: FloatArray | float = 0.0,
+    level_m: FloatArray | float,
     wait_s: FloatArray | float = 0.0,
 ) -> Manoeuvres:
     """Return landings, down to the ground and until disarmed, or until a wait on the ground is over.
@@ -130,10 +130,8 @@ def landing(
     -----
     ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, else by ``commanded_m_s``, or WP_SPD_DN
     where that is NaN; slower along the square root of the height above LAND_ALT_LOW; never slower than
-    LAND_SPD.  That height is above the ground, above home (``datum_m``) where there is neither a rangefinder
-    nor terrain data (``Mode::get_alt_above_ground_cm``: "Assume the Earth is flat"); TERRAIN_ENABLE gives
-    none by itself, and the longer landing counts.  Then 1.6 s until the landing is detected and
-    MOT_SPOOL_TIME until the motors stand still.
+    LAND_SPD.  That height is above ``level_m``.  Below, on the ground, 1.6 s until the landing is detected
+    and MOT_SPOOL_TIME until the motors stand still.
     """
     slow = parameters.land_speed_m_s
     high = np.full(len(key), parameters.land_high_speed_m_s)
@@ -141,13 +139,10 @@ def landing(
         high = np.where(np.isnan(commanded_m_s), high, commanded_m_s)
     ground_m = np.minimum(ground_m, start_m[:, 2])  # on higher ground it stands already
     height = start_m[:, 2] - ground_m
-    level_m = ground_m if parameters.rangefinder_type else np.maximum(ground_m, datum_m)
     slow_m = level_m + max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M)
     above = np.maximum(start_m[:, 2] - slow_m, 0.0)
-    durations, ways, speeds = _approach(
-        above, np.maximum(high, slow), slow, parameters.vertical_acceleration_m_s2
-    )
-    ways = tuple(np.minimum(way, height) for way in ways)
+    approach = _approach(above, np.maximum(high, slow), slow, parameters.vertical_acceleration_m_s2)
+    durations, ways, speeds = _until(height, *approach)
     none = np.zeros(len(key))
     rest_s = np.maximum(height - ways[-1], 0.0) / slow
     top = start_m[:, 2]
@@ -157,10 +152,35 @@ def landing(
         place_m=start_m,
         # Touching down takes the speed away in no time.
         height_m=(*(top - way for way in ways), ground_m, ground_m, ground_m),
-        climb_m_s=(*(-speed for speed in speeds), none - slow, none, none),
+        climb_m_s=(*(-speed for speed in speeds), -speeds[-1], none, none),
         duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_up_s + wait_s),
         grounded=(6,),
     )
+
+
+def landing_level_m(
+    ground_m: FloatArray,
+    datum_m: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    named_m: FloatArray | float = np.nan,
+    is_named: BoolArray | bool = False,
+) -> FloatArray:
+    """Return the heights above home that landings take for that of the ground, at most. (n,) [m]
+
+    ``named_m`` are those of the altitudes of their items, NaN where these do not count, and ``is_named``
+    whether they are known to.
+
+    Notes
+    -----
+    ``Mode::get_alt_above_ground_cm``: the ground, or home (``datum_m``) where there is neither a rangefinder
+    nor terrain data ("Assume the Earth is flat"); TERRAIN_ENABLE gives none by itself.
+    ``ModeAuto::get_alt_above_ground_cm`` of 4.7: the item, within the reach of no rangefinder.  The longer
+    landing counts.
+    """
+    own_m = ground_m if parameters.rangefinder_type else np.maximum(ground_m, datum_m)
+    alone = is_named & ~np.isnan(named_m) & (not parameters.rangefinder_type)
+    return np.where(alone, named_m, np.fmax(own_m, named_m))
 
 
 def landing_speed_m_s(height_m: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
@@ -232,6 +252,32 @@ def _approach(
         (zero, gained, gained + steady, gained + steady + rooted, gained + steady + rooted + lined),
         (zero, peak, peak, knee, last),
     )
+
+
+def _until(
+    height_m: FloatArray,
+    durations_s: tuple[FloatArray, ...],
+    ways_m: tuple[FloatArray, ...],
+    speeds_m_s: tuple[FloatArray, ...],
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """Return an approach as far as the ground, so far below where it begins."""
+    lasts, ways, speeds = list(durations_s), list(ways_m), list(speeds_m_s)
+    for piece in range(len(durations_s)):
+        way, entered = ways_m[piece + 1] - ways_m[piece], speeds[piece]
+        flown = np.clip(height_m - ways_m[piece], 0.0, way)
+        fraction = np.where(flown < way, quotient(flown, way), 1.0)
+        begin, end = speeds_m_s[piece], speeds_m_s[piece + 1]
+        if piece == len(durations_s) - 1:  # its speed falls with the way, exponentially
+            left = begin + fraction * (end - begin)
+            taken = np.log(begin / left) / _HEIGHT_GAIN_PER_S
+        else:
+            left = np.sqrt(begin**2 + fraction * (end**2 - begin**2))
+            taken = quotient(2.0 * flown, begin + left)
+        is_begun = (flown > 0.0) | (way == 0.0)
+        lasts[piece] = np.where(fraction < 1.0, taken, durations_s[piece])
+        ways[piece + 1] = np.minimum(ways_m[piece + 1], height_m)
+        speeds[piece + 1] = np.where(is_begun, left, entered)
+    return tuple(lasts), tuple(ways), tuple(speeds)
 
 
 def set_down(
