@@ -336,6 +336,38 @@ def test_a_zero_takeoff_is_an_error() -> None:
     assert "A106" in codes(route(takeoff(0), waypoint(9, 20), rtl()))
 
 
+@pytest.mark.parametrize("command", [16, 19, 82])
+@pytest.mark.parametrize(
+    ("dialect", "hold_s", "severity"),
+    [
+        # Flown with -3 s: hovers, as 65533 s does.  -0.9 is a whole number without a sign: 0.
+        *((ARDUPILOT, s, Severity.ERROR) for s in (-3.0, -1.0)),
+        (ARDUPILOT, -0.9, Severity.WARNING),
+        (None, -1.0, Severity.ERROR),
+        (PX4, -3.0, Severity.WARNING),
+    ],
+)
+def test_a_hold_below_zero_lasts_hours_on_some_boards_of_ardupilot(
+    command: int, dialect: Autopilot | None, hold_s: float, severity: Severity
+) -> None:
+    held = item(command, north(40), 20.0, params=(hold_s, 0.0, 0.0, None))
+    found = route(takeoff(20), held, rtl(), dialect=dialect)
+    assert found.stages[1].hold_s == 0.0
+    told = [one.severity for one in found.findings if "is predicted as 0 s" in one.message]
+    assert told == [severity]
+
+
+@pytest.mark.parametrize("kind", [4.0, -1.0])
+@pytest.mark.parametrize("dialect", [ARDUPILOT, None])
+def test_a_speed_of_no_type_may_be_flown_as_the_level_one(
+    kind: float, dialect: Autopilot | None
+) -> None:
+    found = route(takeoff(20), speed(3.0, kind=kind), waypoint(100, 20), rtl(), dialect=dialect)
+    assert found.stages[1].speed_m_s is None
+    told = [one.severity for one in found.findings if "no speed type" in one.message]
+    assert told == [Severity.ERROR]
+
+
 def test_an_empty_mission_holds_no_flight() -> None:
     assert codes(route()) == ["M108"]
     assert codes(route(item(206, frame=2))) == ["M108"]
@@ -784,6 +816,7 @@ def test_an_arc_is_flown_straight_and_how_much_longer_it_is_is_told(
     [
         (1.0, ARDUPILOT, [("T108", Severity.ERROR)]),
         (0.0, ARDUPILOT, []),
+        (-1.0, ARDUPILOT, [("T108", Severity.ERROR)]),  # kept as 65535 on some boards
         (1.0, None, [("T102", Severity.ERROR)]),
     ],
 )

@@ -129,8 +129,10 @@ ITEM_NOT_MODELLED = Rule(
     "of altitude 0, or during a LOITER_TO_ALT, names a height but no place, or stands before the take-off "
     "of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its centre, "
     "or flies on while NAV_DELAY "
-    "lasts; where LOITER_TURNS counts below zero on ArduPilot, which until 4.6 flies one without a radius as "
-    "wide as the one before, 4.7 on the spot; where it has a part of a turn, which 4.7 flies to the side of "
+    "lasts; where LOITER_TURNS, or a hold, counts below zero on ArduPilot, which keeps no sign (AP_Mission), "
+    "and flies turns without a radius until 4.6 as wide as those before, from 4.7 on the spot; where "
+    "DO_CHANGE_SPEED has another type than 0 to 3, which older versions take for the level speed "
+    "(ModeAuto::do_change_speed); where LOITER_TURNS has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
     "landing behind a CONDITION_GATE; behind a spline without a hold, which ArduPilot leads on to what it "
     "takes for the place of the next item (ModeAuto::get_spline_from_cmd), where that swings it more than "
@@ -795,7 +797,7 @@ class MissionState(Position, kw_only=True, eq=False):
         """Hand over to a companion computer, which decides when the mission continues."""
         if self.dialect is not Autopilot.ARDUPILOT:
             self.pass_by(item)
-        elif item.param1 is not None and item.param1 > 0.0:
+        elif stored_hold_s(item.param1 or 0.0):  # below 0 it is on or off by its board
             self.remark(
                 WAITS_FOR_EVER,
                 "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
@@ -822,8 +824,11 @@ class MissionState(Position, kw_only=True, eq=False):
             self.speed_m_s = speed
             self.is_speed_late = self.queued > 0
         else:
-            message = f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
-            self.remark(ITEM_NOT_MODELLED, message)
+            message = (
+                f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged, by some versions and boards of "
+                "ArduPilot flown as the level speed"
+            )
+            self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
 
     def _kept_m_s(self, speed_m_s: float, own_m_s: float, what: str) -> float:
         """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it does not.
@@ -966,7 +971,11 @@ class MissionState(Position, kw_only=True, eq=False):
             self.refuse(item, f"a hold of {hold:g} s is longer than any flight")
         if hold < 0.0:
             message = f"{command_name(item.command)}: its hold of {hold:g} s is predicted as 0 s"
-            self.remark(ITEM_NOT_MODELLED, message)
+            is_doubtful = hold <= -1.0 and self.dialect is not Autopilot.PX4
+            if is_doubtful:  # a part of a second is kept as none
+                message += "; ArduPilot keeps it without a sign, as none or up to 18 h by its board"
+            severity = Severity.ERROR if is_doubtful else None
+            self.remark(ITEM_NOT_MODELLED, message, severity=severity)
             return 0.0
         if self.dialect is not Autopilot.ARDUPILOT:
             return hold
