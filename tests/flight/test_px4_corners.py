@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from ardupilot_missions import go, stage, takeoff
+from ardupilot_missions import go, land, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
@@ -233,3 +233,33 @@ def test_a_flight_is_no_shorter_than_its_chords_less_the_radii(
     chords = np.hypot(*np.diff(corners, axis=0).T).sum()
     flown = motion.segments.distance_m.sum()
     assert chords - 2.0 * 2.0 * len(places) <= flown <= chords + 4.0 * len(places)
+
+
+@pytest.mark.parametrize(
+    ("place_m", "radius_m", "speed_m_s", "flown_s"),
+    [
+        # Flown by a build of PX4 (1.17, noise 0), from a waypoint 100 m north at a radius of its own to a
+        # place with 2 m, and landed there: it weaves across the line to that.
+        ((60.0, 160.0), 20.0, 7.0, 160.6),
+        ((60.0, 160.0), 20.0, 6.5, 94.7),
+        ((35.0, 196.0), 20.0, 8.0, 91.7),
+        ((60.0, 100.0), 20.0, 8.0, 82.6),
+        ((60.0, 70.0), 20.0, 8.0, 82.7),
+        ((60.0, 160.0), 12.0, 8.0, 75.9),
+        # It does not.
+        ((60.0, 160.0), 10.0, 8.0, 70.7),
+        ((60.0, 160.0), 20.0, 5.0, 82.7),
+    ],
+)
+def test_a_leg_begun_fast_and_far_beside_it_is_weaved_across(
+    place_m: tuple[float, float], radius_m: float, speed_m_s: float, flown_s: float
+) -> None:
+    first = replace(
+        go(0.0, 100.0, height_m=20.0), acceptance_radius_m=radius_m, speed_m_s=speed_m_s
+    )
+    second = replace(go(*place_m, height_m=20.0), speed_m_s=speed_m_s)
+    motion = fly_px4((takeoff(20.0), first, second, land(*place_m)), PX4)
+    weaves = [one.code for one in motion.findings] == ["T125"]
+    assert weaves == (flown_s != pytest.approx(70.7) and speed_m_s > 5.0)
+    # Where it weaves, how it comes out of it depends on little.
+    assert motion.segments.end_s[-1] == pytest.approx(flown_s, rel=0.12 if weaves else 0.01)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fenced_missions import rally
+from fenced_missions import degrees, rally
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from made_terrain import slope
 from rule_cases.altitude import landing_at
@@ -43,6 +43,14 @@ def placing(most_m: float) -> Mission:
 def at_speed(speed_m_s: float) -> Mission:
     """Return a flight at a commanded speed."""
     return mission(takeoff(20), speed(speed_m_s), waypoint(500, 20), rtl())
+
+
+def turning_away(speed_m_s: float, radius_m: float) -> Mission:
+    """Return a mission that turns by 45° where it is so far before a waypoint."""
+    first = item(16, north(100.0), 20.0, params=(0.0, radius_m, 0.0, None))
+    latitude_deg, longitude_deg = degrees(60.0, 160.0)
+    second = item(16, latitude_deg, 20.0, longitude_deg=longitude_deg)
+    return mission(takeoff(20), speed(speed_m_s), first, second, rtl())
 
 
 def delay(seconds: float, hour: float = -1.0) -> MissionItem:
@@ -131,6 +139,12 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(placing(19.9), ARDUPILOT),
         boundary=lambda: found(placing(20.0), ARDUPILOT),
         silent=lambda: found(placing(0.0), ARDUPILOT),
+    ),
+    "T125": RuleCases(
+        # Flown by a build of PX4: at 8 m/s 85 s longer, at 5 m/s not.
+        fires=lambda: found(turning_away(8.0, 20.0), PX4),
+        boundary=lambda: found(turning_away(5.0, 20.0), PX4),
+        silent=lambda: found(turning_away(8.0, 5.0), PX4),
     ),
     "T119": RuleCases(
         # It is armed with a heading nobody knows and returns from where it is home.

@@ -30,6 +30,7 @@ from planner.flight.motion.px4.landing import (
 )
 from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, Moves, directions, left_m
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
+from planner.flight.motion.px4.weaving import weave
 from planner.values import field_values, replace
 
 if TYPE_CHECKING:
@@ -282,6 +283,8 @@ class Px4Legs(LegStarts, eq=False):
 
     turn_s: FloatArray
     """Time of the turn, or of the pause with the braking before it. (n,) [s]"""
+    astray_m: FloatArray
+    """How far across their legs turns shoot that weave; 0 for others. (n,) [m]"""
     straight_m: FloatArray
     """Where the straight begins. (n, 3) [m]"""
     limits: Limits
@@ -372,6 +375,7 @@ def _flown(begun: LegStarts) -> Px4Legs:
     slowed = upright_m_s > 0.0
     join_turns(begun, turns, slowed)
     ease_turns(begun, turns, slowed)
+    astray_m = weave(begun, turns)
     climbing = part.is_takeoff
     turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 
@@ -400,6 +404,7 @@ def _flown(begun: LegStarts) -> Px4Legs:
     flown = Px4Legs(
         **field_values(begun),
         turn_s=turns.duration_s,
+        astray_m=astray_m,
         straight_m=turns.end_m,
         limits=limits,
         straights=straights,

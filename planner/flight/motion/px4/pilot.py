@@ -45,6 +45,7 @@ from planner.flight.motion.px4.pieces import (
     TimeScale,
     in_flown_order,
 )
+from planner.flight.motion.px4.weaving import weave_findings
 from planner.flight.power import NO_TRANSIENTS
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
@@ -170,7 +171,8 @@ class Px4Pilot(Value):
         motion, legs = self._motion(moves, len(stages))
         any_turn_s, taken_s = waits_unknown(moves, legs)
         assumed = _assumed_headings(moves, any_turn_s, taken_s)
-        found = (*gap_findings(stages, self.parameters), *assumed)
+        weaving = weave_findings(moves.item, legs.astray_m, legs.turn_s)
+        found = (*gap_findings(stages, self.parameters), *assumed, *weaving)
         motion = replace(motion, findings=motion.findings + found)
         turned = np.flatnonzero(taken_s)
         if not len(turned):
