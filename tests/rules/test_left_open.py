@@ -203,3 +203,18 @@ def test_a_limit_of_current_is_one_between_hover_and_climb() -> None:
         at[limit_a] = own[0].severity if own else None
     changes = [limit_a for limit_a in range(6, 60) if at[limit_a] is not at[limit_a - 1]]
     assert [at[limit_a] for limit_a in changes] == [Severity.WARNING, None]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "severities"),
+    [
+        # Defaults are 2, 1 and 1; flown with 1 and 0.3: 8 % longer.
+        ("PSC_NE_VEL_P,1.6\nPSC_NE_VEL_I,0.8\nPSC_NE_POS_P,0.8\n", []),
+        ("PSC_NE_VEL_P,1.59\n", [Severity.WARNING]),
+        ("PSC_VELXY_I,0.79\n", [Severity.WARNING]),
+        ("PSC_NE_POS_P,0.79\n", [Severity.WARNING]),
+    ],
+)
+def test_gains_that_are_not_read_are_told(parameters: str, severities: list[Severity]) -> None:
+    flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, parameters)
+    assert [one.severity for one in flown if one.code == "T110"] == severities
