@@ -221,8 +221,8 @@ def habits_of(parameters: FlightParameters | None, target: Target | None) -> Veh
         continues_after=_continues_after(parameters),
         payload_waits_s=_payload_waits_s(parameters),
         keeps_counts=_keeps_jump_counts(parameters, target),
-        circles_by_rate=_is_4_7(target),
-        lands_by_altitude=_is_4_7(target),
+        circles_by_rate=is_4_7(target),
+        lands_by_altitude=is_4_7(target),
     )
     if not is_of_ardupilot(parameters):
         return habits
@@ -236,7 +236,7 @@ def habits_of(parameters: FlightParameters | None, target: Target | None) -> Veh
     )
 
 
-def _is_4_7(target: Target | None) -> bool | None:
+def is_4_7(target: Target | None) -> bool | None:
     """Return whether circles and landings are flown as by 4.7; ``None``: not known, nor of later ones."""
     if target is None or target.version is None or target.version > _AS_FLOWN:
         return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from math import hypot, inf
+from math import hypot, inf, pi, radians
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,8 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Remarks, Rule, Severity
 from planner.flight.fence_schedule import CEILING, FLOOR, fence_schedule
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
+from planner.flight.pilot import is_4_7
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
     RELATIVE_FRAMES,
@@ -56,6 +58,10 @@ _PLACELESS = frozenset({StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY})
 """Stages that lead to no place of the mission."""
 _AVOIDS_FENCES = 3
 """Default of AVOID_ENABLE; bit 0: fences."""
+_CIRCLE_RATE_RAD_S = radians(20.0)
+"""CIRCLE_RATE as delivered. [rad s⁻¹]"""
+_SAME_TIME_S = 0.5
+_SAME_HEIGHT_M = 1.0
 _ALTITUDE_REACHED_M = 0.05
 """``ModeAuto::loiter_to_alt_run``. [m]"""
 _HELD_WITHIN_M = 0.3
@@ -426,6 +432,53 @@ def _wanted(command: int) -> list[int]:
 def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, ...]]:
     """Return what takes those parameters and the altitude from an item."""
     return attrgetter(*(f"param{n}" for n in _wanted(command)), "altitude_m")
+
+
+@judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT_TARGET,))
+def _turns_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
+    """Yield turns without a radius that ArduCopter 4.7 begins before it is where they are predicted.
+
+    Notes
+    -----
+    ``AC_Circle::get_closest_point_on_circle_NED_m`` returns 0 m to an edge without a radius, so
+    ``ModeAuto::circle_movetoedge_start`` begins to turn at once, ``AC_Circle::update_ms`` keeps the height.
+    Flown with 4.7.0-dev: from 4 m away on the turn lasts as long as without a way there, and where that is
+    long enough it ends at the place, at the height before, 1 m off as well as 45 m.
+    """
+    if not is_4_7(target):
+        return
+    motion, remarks = a.flight.motion, Remarks()
+    segments, done = motion.segments, np.maximum.accumulate(motion.done_segment)
+    ends_s = np.append(segments.end_s, 0.0)[done]  # -1: nothing yet
+    parameters = ARDUPILOT.of(a)
+    rate_rad_s = _CIRCLE_RATE_RAD_S if parameters is None else abs(parameters.circle_rate_rad_s)
+    for row, stage in enumerate(a.route.stages[1:], start=1):
+        if stage.kind is not StageKind.CIRCLE or stage.radius_m:
+            continue
+        turns_last = segments.state[done[row]] == STATE_INDEX[FlightState.HOVER]
+        way_s = float(np.diff(ends_s)[row - 1] - turns_last * segments.duration_s[done[row]])
+        if way_s <= _SAME_TIME_S:
+            continue
+        height_m = float(motion.state_at_time(ends_s[row - 1 : row]).height_m[0])
+        turn_s = 2.0 * pi * stage.turns / rate_rad_s if rate_rad_s else inf
+        severity = Severity.ERROR
+        if abs(stage.height_m - height_m) > _SAME_HEIGHT_M and not stage.follows_ground:
+            does = f"stays {quantity.height(height_m)} above home, not {quantity.height(stage.height_m)}"
+        elif way_s > turn_s:
+            does = "flies on before it is there"
+        else:
+            severity, does = (
+                Severity.WARNING,
+                f"takes {quantity.duration(way_s)} less than predicted",
+            )
+        remarks.add(
+            ITEM_NOT_MODELLED,
+            f"NAV_LOITER_TURNS without a radius: ArduCopter 4.7 turns at once, on the way to its place, and "
+            f"{does}; put a waypoint there before it, or give it a radius",
+            severity=severity,
+            item=stage.item,
+        )
+    yield from remarks.findings()
 
 
 @judges(ITEM_NOT_MODELLED)

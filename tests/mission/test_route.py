@@ -463,7 +463,11 @@ def test_a_circle_without_a_radius_has_that_of_the_one_before() -> None:
     radii_m = [one.radius_m for one in flown.stages if one.kind is StageKind.CIRCLE]
     assert radii_m == [10.0, -25.0, 25.0, 9.0, 9.0]
     told = [(one.item, one.message) for one in flown.findings if one.code == "T102"]
-    assert [number for number, _ in told] == [4]  # that of both
+    assert [number for number, _ in told] == [2]  # that of all three
+    assert "predicted is a circle of CIRCLE_RADIUS" in told[0][1]
+    flown = make_route(mission(takeoff(20), *items[2:], rtl()), dialect=ARDUPILOT, habits=before)
+    told = [(one.item, one.message) for one in flown.findings if one.code == "T102"]
+    assert [number for number, _ in told] == [3]
     assert "ArduPilot flies the 25 m of the circle before" in told[0][1]
     again = route(
         takeoff(20), circle(100, 0.0), circle(200, 30.0), jump(2, 1), rtl(), dialect=ARDUPILOT

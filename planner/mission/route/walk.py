@@ -79,6 +79,8 @@ _LONGEST_TANGENTS = 4.0
 _SWINGS = 4.0 / 27.0
 """How far a cubic that begins at rest leaves the line between its ends, of the tangent at its end. [-]"""
 _LITTLE_SWING_M = 0.5
+_EDGE_NEAR_M = 3.0
+"""``ModeAuto::circle_movetoedge_start`` flies to a circle from farther away only. [m]"""
 _SAME_HOME_M = 0.5
 """So near, and as high, a home is the one before. [m]"""
 
@@ -130,7 +132,9 @@ ITEM_NOT_MODELLED = Rule(
     "of a vehicle that arms in AUTO; at what is here behind a circle that ArduPilot begins at its centre, "
     "or flies on while NAV_DELAY "
     "lasts; where LOITER_TURNS, or a hold, counts below zero on ArduPilot, which keeps no sign (AP_Mission), "
-    "and flies turns without a radius until 4.6 as wide as those before, from 4.7 on the spot; where "
+    "and flies turns without a radius until 4.6 as wide as those before; where 4.7 turns without one on the "
+    "way to their place, by turns x 360°/CIRCLE_RATE shorter than that takes or at a height more than 1 m "
+    "from the item's, or the version is unknown and they are more than 3 m away; where "
     "DO_CHANGE_SPEED has another type than 0 to 3, which older versions take for the level speed "
     "(ModeAuto::do_change_speed); where LOITER_TURNS has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
@@ -591,7 +595,7 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def circle(self, item: MissionItem) -> None:
         """Fly turns about a place; the vehicle is on their circle afterwards."""
-        from_deg = (self.latitude_deg, self.longitude_deg)
+        from_deg, from_m = (self.latitude_deg, self.longitude_deg), self.height_m
         self.move_to(item)
         self.height_m = self._height_to_m(item)
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
@@ -609,6 +613,9 @@ class MissionState(Position, kw_only=True, eq=False):
             written = f"{quantity.count(turns, 'turn')} of {radius:g} m"
             if (kept_turns, kept_radius) != (turns, radius):
                 self._remark_stored(item, written, f"{kept_turns:g} of {kept_radius:g} m")
+            if kept_radius == 0.0:
+                way_m = float(distance_m(*from_deg, self.latitude_deg, self.longitude_deg))
+                self._remark_no_radius(math.hypot(way_m, self.height_m - from_m))
             turns, radius = kept_turns, self._flown_radius_m(item, kept_radius, kept_turns)
         follows = item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT
         ground_m = self._known_ground_m() if follows else None
@@ -625,6 +632,28 @@ class MissionState(Position, kw_only=True, eq=False):
         )
         if radius and self.dialect is not Autopilot.PX4:
             self._leave_centre(from_deg, radius, turns)
+
+    def _remark_no_radius(self, way_m: float) -> None:
+        """Tell of turns without a radius ``way_m`` away, which versions of ArduPilot fly differently.
+
+        Notes
+        -----
+        ``AC_Circle`` until 4.6 has no radius either until one is set, and ``circle_movetoedge_start`` goes to
+        the centre then; no flight of those is known.
+        """
+        name = "NAV_LOITER_TURNS"
+        if self.habits.circles_by_rate is None and way_m > _EDGE_NEAR_M:
+            message = (
+                f"{name} has no radius: ArduCopter 4.7 turns at once, on the way to its place and at the "
+                "height before, others fly there first: give it a radius, or the version with --target"
+            )
+            self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
+        elif self.habits.circles_by_rate is False and self.circle_radius_m == 0.0:
+            message = (
+                f"{name} has no radius, nor has one before: ArduPilot may turn on the spot at its place, by "
+                "its source; predicted is a circle of CIRCLE_RADIUS"
+            )
+            self.remark(ITEM_NOT_MODELLED, message)
 
     def _leave_centre(self, from_deg: tuple[float, float], radius_m: float, turns: float) -> None:
         """Go from the centre of a circle to where its turns end, begun nearest to where the vehicle was.
