@@ -1235,6 +1235,7 @@ def test_px4_leaves_a_change_of_height_slowly_by_a_tangent(
         (PX4, (item(4501, north(150), 20.0),), 3.0, True),
         (ARDUPILOT, (speed(3.0),), 1.0, False),
         (None, (speed(3.0),), 1.0, True),  # PX4 may fly it
+        (None, (item(82, north(150), 20.0),), 1.0, False),  # refused by PX4
     ],
 )
 def test_px4_jumps_back_over_a_place_or_does_not_fly_on(

@@ -45,9 +45,11 @@ _PX4_PLACES = frozenset(
         Command.NAV_LAND,
         Command.NAV_VTOL_TAKEOFF,
         Command.NAV_VTOL_LAND,
+        Command.NAV_LOITER_TURNS,
+        Command.NAV_SPLINE_WAYPOINT,
     }
 )
-"""What it takes for one (``MissionBlock::item_contains_position``)."""
+"""What it takes for one (``MissionBlock::item_contains_position``); missions with the last two it refuses."""
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
