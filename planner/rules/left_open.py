@@ -204,6 +204,33 @@ def _target_searched(a: Assessment, parameters: Px4Parameters) -> Iterator[Findi
         yield from _searched_too_high(a, max(from_m, default=0.0), lowest_m + up_m)
 
 
+_OPPORTUNISTIC = 1
+"""A precision landing that goes on where it sees no target (``PrecLandMode::Opportunistic``)."""
+_ON_ITS_PLACE_M = 3.0
+"""How far from its place a landing is still on it: an estimate of a position is no better. [m]"""
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
+def _target_missed(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Report landings that come down beside their place: ``PrecLand::run_state_start``.
+
+    Without a target in sight, the vehicle lands where it is as its place counts as reached
+    (``switch_to_state_fallback``): flown with NAV_ACC_RAD 15, 13 m short of it.
+    """
+    radius_m = parameters.acceptance_radius_m
+    if radius_m <= _ON_ITS_PLACE_M:
+        return
+    for number, item in a.mission.numbered(Command.NAV_LAND):
+        if item.param2 == _OPPORTUNISTIC:
+            yield a.finding(
+                SETTING_NOT_FOLLOWED,
+                "NAV_LAND with an opportunistic precision landing: where it sees no target it lands where it "
+                f"is by then, up to {quantity.distance(radius_m)} (NAV_ACC_RAD) short of its place",
+                item=number,
+                fix="set NAV_ACC_RAD to 2, or the second parameter of NAV_LAND to 0",
+            )
+
+
 def _climb_w(a: Assessment, climb_m_s: float) -> float:
     """Return the power of a climb low over home. [W]"""
     place_m = np.array([[0.0], [0.0], [HOVER_HEIGHT_M]])

@@ -114,6 +114,10 @@ def test_a_margin_that_does_not_hold_500_m_more_is_an_error_without_a_home(
     [
         ("RTL_PLD_MD,0\n", 0.0, []),
         ("RTL_PLD_MD,1\n", 1.0, []),
+        # Flown with 15 m: on the ground 13 m short of its place; with 0 on it.
+        ("NAV_ACC_RAD,3.1\n", 1.0, [Severity.WARNING]),
+        ("NAV_ACC_RAD,3\n", 1.0, []),
+        ("NAV_ACC_RAD,15\n", 0.0, []),
         ("RTL_PLD_MD,2\n", 0.0, [Severity.WARNING]),
         ("RTL_PLD_MD,0\n", 2.0, [Severity.WARNING]),
         ("RTL_PLD_MD,2\nPLD_SRCH_TOUT,100\n", 0.0, [Severity.ERROR]),
