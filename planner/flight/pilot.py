@@ -224,8 +224,10 @@ def habits_of(parameters: FlightParameters | None, target: Target | None) -> Veh
         circles_by_rate=is_4_7(target),
         lands_by_altitude=is_4_7(target),
     )
-    if not is_of_ardupilot(parameters):
+    if parameters is None:
         return habits
+    if not is_of_ardupilot(parameters):
+        return replace(habits, looks_from_m=parameters.acceptance_radius_m)
     return replace(
         habits,
         turn_deg_s=math.degrees(parameters.yaw_rate_rad_s),

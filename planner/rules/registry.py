@@ -59,6 +59,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "mission_landing": (PARAMETERS,),
     "way_back": (PARAMETERS,),
     "takeoff_speed": (PARAMETERS,),
+    "needed_heading": (PARAMETERS,),
     "arming": (PARAMETERS,),
     "ground_wait": (),
     "control": (PARAMETERS,),

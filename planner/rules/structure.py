@@ -68,7 +68,7 @@ _HELD_WITHIN_M = 0.3
 """So far off a vehicle may be that is level there: it has to climb or descend to be within the other. [m]"""
 _AVOIDS_FLOOR = (4, 6)
 """The version from which no vehicle descends into the margin of FENCE_ALT_MIN, as far as is known."""
-_TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
+TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
     Command.NAV_LOITER_UNLIM: frozenset({4}),
@@ -153,7 +153,7 @@ def _never_turned(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]
     waits = [
         stage.item
         for stage in a.route.stages
-        if stage.yaw_deg is not None and stage.kind not in _TAKES_ANY_HEADING
+        if stage.yaw_deg is not None and stage.kind not in TAKES_ANY_HEADING
     ]
     if waits:
         yield a.finding(

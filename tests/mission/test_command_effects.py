@@ -25,6 +25,7 @@ from planner.mission.commands import (
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import FenceAction, Route, StageKind
 from planner.mission.route.walk import VehicleHabits
+from planner.values import replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
@@ -274,7 +275,9 @@ def test_every_command_is_flown_told_refused_or_without_motion_by_the_source(
             plain = flown(TAKEOFF, tags, item(206, frame=2), LEG, rtl(), dialect=autopilot)
             told = [finding for finding in route.findings if finding.item == 3]
             has_effect = (
-                route.stages != plain.stages
+                # A region of interest only turns PX4, which tests/rules/test_needed_heading.py asks for.
+                [replace(stage, yaw_deg=None) for stage in route.stages]
+                != [replace(stage, yaw_deg=None) for stage in plain.stages]
                 or len(route.reached) > len(plain.reached)
                 or route.fence_switches != plain.fence_switches
             )

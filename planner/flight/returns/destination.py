@@ -359,7 +359,10 @@ SETTING_NOT_FOLLOWED = Rule(
     why="A return that stays in the air, or leads elsewhere, takes other time and energy than "
     "predicted.",
     how="PX4's COM_DISARM_LAND is negative, or RTL_TYPE above 5; MPC_TKO_SPEED, or 0.6 of MPC_Z_VEL_ALL, is "
-    "0.3 m/s or less, an error: it stays on the ground until it disarms; a precision landing that is "
+    "0.3 m/s or less, an error: it stays on the ground until it disarms; a heading that an item needs "
+    "(NAV_LOITER_TIME, parameter 2, NAV_LOITER_TO_ALT, parameter 1: its own or that to a region of "
+    "interest) is not reached in the whole seconds of MIS_YAW_TMT, an error: it gives the mission up; a "
+    "precision landing that is "
     "required (RTL_PLD_MD 2, a second parameter of 2 in NAV_LAND) climbs to PLD_SRCH_ALT and searches "
     "PLD_MAX_SRCH times for PLD_SRCH_TOUT where it sees no target, an error where the margin does not hold "
     "that, and not checked where it climbs above a limit of height (X904); with a second parameter of 1 it "

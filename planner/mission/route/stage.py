@@ -77,6 +77,8 @@ class Stage(Value, kw_only=False, gc=False):
     """Distance at which the place counts as reached; ``None``: the vehicle's own. [m]"""
     yaw_deg: float | None = None
     """Heading to take at the place, clockwise from north; ``None``: free. [°]"""
+    needs_heading: bool = False
+    """Whether PX4 gives the mission up where it does not take it in time."""
     turns: float = 0.0
     """Turns of a circle. [-]"""
     radius_m: float = 0.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.geo.geodesy import distance_m
+from planner.geo.geodesy import distance_m, distance_m_and_azimuth_deg
 from planner.mission.commands import (
     LANDINGS,
     PARACHUTE_OFF,
@@ -59,6 +59,9 @@ _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 
 DESCENT = 3.0
 """First parameter of DO_CHANGE_SPEED for that of a descent."""
+_ROIS_BY_MODE = (Command.NAV_ROI, Command.DO_SET_ROI)
+"""Commands of a region of interest whose first parameter is a MAV_ROI."""
+_ROI_LOCATION = 3.0
 _METRES_PER_DEGREE = 111_319.0
 """Of latitude, as ArduPilot has it."""
 _AT_CENTRE_DEG = 0.5 / _METRES_PER_DEGREE
@@ -234,6 +237,8 @@ class VehicleHabits(Value):
     """Radius of circles whose items have none, nor has one before. [m]"""
     circles_clockwise: bool = True
     """Whether CIRCLE_RATE is positive."""
+    looks_from_m: float = 2.0
+    """How far from a region of interest PX4 turns to it (NAV_ACC_RAD). [m]"""
     climb_speed_m_s: float = math.inf
     """Its own, by its parameters; infinite where they are not known. [m/s]"""
     descent_speed_m_s: float = math.inf
@@ -268,6 +273,8 @@ class MissionState(Position, kw_only=True, eq=False):
     fence_switches: list[FenceSwitch] = field(default_factory=list)
     parachute_switches: list[ParachuteSwitch] = field(default_factory=list)
     habits: VehicleHabits = AS_DELIVERED
+    looks_at_deg: tuple[float, float] | None = None
+    """Latitude and longitude of the region of interest that PX4 turns to. [°]"""
     queued: int = 0
     """Items of ArduPilot's queue since the last place: it carries out the first before it sets out, the
     others when it is on its way (``AP_Mission::advance_current_nav_cmd``)."""
@@ -512,12 +519,49 @@ class MissionState(Position, kw_only=True, eq=False):
                 kind,
                 hold_s=hold_s,
                 acceptance_radius_m=acceptance_radius_m,
-                yaw_deg=item.param4,
+                yaw_deg=item.param4 if self.looks_at_deg is None else self._looks_deg(),
+                needs_heading=self._needs_heading(item),
                 followed_ground_m=ground_m,
                 is_here=not item.names_place,
                 follows_ground=bool(ground_m),
             )
         )
+
+    def _looks_deg(self) -> float | None:
+        """Return the heading from here to the region of interest; ``None`` where that is too near. [°]
+
+        ``MissionBase::heading_sp_update`` writes it into the item, which is reached with that heading.
+        Nearer it keeps the one it came with.
+        """
+        assert self.looks_at_deg is not None
+        way_m, looks_deg = distance_m_and_azimuth_deg(
+            self.latitude_deg, self.longitude_deg, *self.looks_at_deg
+        )
+        return float(looks_deg) if way_m > self.habits.looks_from_m else None
+
+    def _needs_heading(self, item: MissionItem) -> bool:
+        """Return whether PX4 gives the mission up where it does not look there in time (force_heading)."""
+        asked: Mapping[int, float | None] = {
+            Command.NAV_LOITER_TIME: item.param2,
+            Command.NAV_LOITER_TO_ALT: item.param1,
+        }
+        return self.dialect is Autopilot.PX4 and (asked.get(item.command) or 0.0) > 0.0
+
+    def look_at(self, item: MissionItem) -> None:
+        """Turn to a region of interest from the next item on, or no more.
+
+        Notes
+        -----
+        ``Navigator::run`` takes the place of DO_SET_ROI_LOCATION alone: that of DO_SET_ROI and NAV_ROI stays
+        0°, 0°.  DO_SET_ROI_WPNEXT_OFFSET looks along the way, beside an offset that is not predicted.
+        """
+        if self.dialect is Autopilot.PX4:
+            self.looks_at_deg = None
+            if item.command == Command.DO_SET_ROI_LOCATION:
+                self.looks_at_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+            elif item.command in _ROIS_BY_MODE and item.param1 == _ROI_LOCATION:
+                self.looks_at_deg = (0.0, 0.0)
+        self.pass_by(item)
 
     def take_off(self, item: MissionItem) -> None:
         """Leave the ground."""
@@ -1067,5 +1111,14 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
     Command.DO_SET_HOME: MissionState.set_home,
     Command.DO_FENCE_ENABLE: MissionState.switch_fence,
     Command.DO_PARACHUTE: MissionState.switch_parachute,
+    **dict.fromkeys(
+        (
+            *_ROIS_BY_MODE,
+            Command.DO_SET_ROI_LOCATION,
+            Command.DO_SET_ROI_WPNEXT_OFFSET,
+            Command.DO_SET_ROI_NONE,
+        ),
+        MissionState.look_at,
+    ),
 }
 """How each command is followed; any other is passed by."""

@@ -92,14 +92,15 @@ def _waits_s(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the waits for the headings that moves ask for, after waypoints and before landings. [s]
 
-    The heading turns while the vehicle flies to a waypoint, and is waited for unless MIS_YAW_TMT is above
-    zero (``MissionBlock::is_mission_item_reached``).  That of a landing turns on the way down, but for
-    MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).  Both are (k, n),
-    a row for each turn that is equally likely.
+    The heading turns while the vehicle flies to a waypoint, and is waited for where MIS_YAW_TMT is not above
+    zero or the item needs it (``MissionBlock::is_mission_item_reached``).  That of a landing turns on the way
+    down, but for MPC_YAW_MODE 4: no velocity until it is near (``FlightTaskAuto``: ``_yaw_sp_aligned``).
+    Both are (k, n), a row for each turn that is equally likely.
     """
     parameters = moves.parameters
     asked = ~np.isnan(moves.yaw_rad)
-    flown = asked & ~moves.is_landing & (not parameters.yaw_timeout_s > 0.0)
+    waits_on = moves.needs_heading | (not parameters.yaw_timeout_s > 0.0)
+    flown = asked & ~moves.is_landing & waits_on
     landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == _TURNS_FIRST)
     if not (flown.any() or landed.any()):
         return np.zeros((1, len(asked))), np.zeros((1, len(asked)))

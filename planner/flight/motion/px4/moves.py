@@ -187,10 +187,12 @@ class Move(NamedTuple):
     is_landing: bool = False
     is_return: bool = False
     """Belongs to a return, which the look-ahead of the move before does not see."""
+    needs_heading: bool = False
+    """Waits for its heading whatever MIS_YAW_TMT is."""
 
 
 _AT_HOME_M = 1e-9
-_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *6 * (np.bool_,))
+_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *7 * (np.bool_,))
 
 
 class Moves(Columns, eq=False):
@@ -214,6 +216,7 @@ class Moves(Columns, eq=False):
     is_takeoff: BoolArray
     is_landing: BoolArray
     is_return: BoolArray
+    needs_heading: BoolArray
     is_first: BoolArray
     """Begins a flight of its own."""
     start_m: FloatArray
@@ -302,6 +305,7 @@ def return_moves(
         is_takeoff=false,
         is_landing=kind == _LANDING,
         is_return=~false,
+        needs_heading=false,
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
         start_yaw_rad=np.full(len(flight), np.nan),
@@ -447,13 +451,15 @@ class _Navigator:
         reach = radius + self.parameters.acceptance_radius_m
         east, north, rise = self.east_m, self.north_m, stage.height_m - self.height_m
         self.east_m, self.north_m = stage.east_m, stage.north_m
+        way = math.hypot(stage.east_m - east, stage.north_m - north)
         level = self._go(index, stage, is_stop=True, hold_s=0.0)
-        yield level._replace(reach_m=reach)
+        # There already, it turns while it changes its height.
+        yaw_rad = level.yaw_rad if way > 0.0 else math.nan
+        yield level._replace(reach_m=reach, yaw_rad=yaw_rad)
         self.height_m = stage.height_m
         changing = self._go(index, stage, is_stop=True, hold_s=0.0)
         yield changing._replace(reach_m=reach, goes_on=True)
         # A return from there begins where the vehicle is by then.
-        way = math.hypot(stage.east_m - east, stage.north_m - north)
         left = min(way, reach) * min(
             self.parameters.altitude_acceptance_m / (abs(rise) or 1e-9), 1.0
         )
@@ -546,6 +552,7 @@ class _Navigator:
             speed_m_s=None if speed is None else min(speed, self.parameters.speed_max_m_s),
             radius_m=radius,
             yaw_rad=math.nan if yaw is None else math.radians(yaw),
+            needs_heading=stage.needs_heading,
         )
 
     @property
