@@ -81,7 +81,7 @@ def lateness_of(a: Assessment) -> Lateness:
     given, motion = a.own_parameters, a.flight.motion
     none_s = np.zeros(len(motion.segments.item))
     circles = a.route.rows_of(StageKind.CIRCLE)
-    is_calm = given is None and not circles and not _commands_climbs(a)
+    is_calm = given is None and not circles and not _commands_climbs(a) and not _lands_high(a)
     if a.autopilot is not Autopilot.STEP or is_calm:
         passed_s = np.zeros((len(none_s), 2))
         return Lateness(climbs_s=none_s, circles_s=none_s, ways_s=none_s, passed_s=passed_s)
@@ -91,9 +91,9 @@ def lateness_of(a: Assessment) -> Lateness:
         # Nobody else flies circles: no faster than ArduPilot does as it is delivered.
         delivered = resolve_parameters(Autopilot.ARDUPILOT, model=a.vehicle).values
         circles_s, circled_by = _circling_longer_s(a, delivered, least=1.0 + OVERSHOOT)
-        climbs_s, slowest = _commanded_longer_s(a, none_s, least=1.0 + OVERSHOOT)
+        climbs_s, slowest = _asked_longer_s(a, delivered, none_s, least=1.0 + OVERSHOOT)
         little_s = _circling_longer_s(a, delivered, least=1.0)[0]
-        little_s += _commanded_longer_s(a, none_s, least=1.0)[0]
+        little_s += _asked_longer_s(a, delivered, none_s, least=1.0)[0]
         return Lateness(
             climbs_s=climbs_s,
             circles_s=circles_s,
@@ -108,8 +108,8 @@ def lateness_of(a: Assessment) -> Lateness:
 
     def longer(least: float) -> tuple[FloatArray, FloatArray, FloatArray, Slower | None, str]:
         climbs_s, slowest = _longer(a, given, motion, returning, least=least)
-        commanded_s, slower = _commanded_longer_s(a, climbs_s, least=least)
-        climbs_s = climbs_s + commanded_s
+        asked_s, slower = _asked_longer_s(a, given, climbs_s, least=least)
+        climbs_s = climbs_s + asked_s
         if slower is not None and (slowest is None or slower.added_s > slowest.added_s):
             slowest = slower
         circles_s, circled_by = _circling_longer_s(a, given, least=least)
@@ -291,6 +291,57 @@ def _commanded_longer_s(
     return added_s, Slower(
         total_s, "DO_CHANGE_SPEED", float(limit_m_s[most]), float(flown_m_s[most])
     )
+
+
+def _asked_longer_s(
+    a: Assessment, given: FlightParameters, counted_s: FloatArray, *, least: float
+) -> tuple[FloatArray, Slower | None]:
+    """Return how much longer each segment takes for speeds and altitudes that the mission asks for."""
+    commanded_s, commanded = _commanded_longer_s(a, counted_s, least=least)
+    landing_s, landing = _high_landing_longer_s(a, given, counted_s + commanded_s, least=least)
+    slower = (one for one in (commanded, landing) if one is not None)
+    return commanded_s + landing_s, max(slower, key=lambda one: one.added_s, default=None)
+
+
+def _lands_high(a: Assessment) -> bool:
+    """Return whether ArduCopter may take the ground of a landing to be higher than it is."""
+    return any(
+        stage.named_ground_m is not None and stage.named_ground_m > stage.height_m
+        for stage in a.route.stages
+    )
+
+
+def _high_landing_longer_s(
+    a: Assessment, given: FlightParameters, counted_s: FloatArray, *, least: float
+) -> tuple[FloatArray, Slower | None]:
+    """Return how much longer each segment takes of landings that are slow from above their own altitude.
+
+    Than ``counted_s`` has it besides; as ``landing_level_m`` has it of ArduCopter from 4.7 on.
+    """
+    from planner.flight.slow_landing import SlowLanding
+
+    motion = a.flight.motion
+    columns, none_s = motion.segments, np.zeros(len(counted_s))
+    if _is_px4(given) or not _lands_high(a):
+        return none_s, None
+    every = [
+        math.nan if one.named_ground_m is None else one.named_ground_m for one in a.route.stages
+    ]
+    named_m = np.array([*every, math.nan])[motion.segment_stage]
+    lands = (columns.state == STATE_INDEX[FlightState.LAND]) & (columns.climb_m < 0.0)
+    lands &= ~np.isnan(named_m)
+    slow = SlowLanding.of(given)
+    bottom_m = np.where(lands, motion.state_at_time(columns.end_s).height_m - named_m, 0.0)
+    top_m = np.where(lands, bottom_m - columns.climb_m, 0.0)
+    top_m, bottom_m = np.minimum(top_m, slow.highest_m), np.minimum(bottom_m, slow.highest_m)
+    way_m, took_s = top_m - bottom_m, slow.down_s(top_m) - slow.down_s(bottom_m)
+    spent_s = way_m * columns.duration_s / np.where(lands, -columns.climb_m, 1.0)
+    added_s = np.where(took_s > spent_s * least, np.maximum(took_s - spent_s - counted_s, 0.0), 0.0)
+    if not added_s.any():
+        return none_s, None
+    most = int(np.argmax(added_s))
+    limit_m_s, flown_m_s = (float(way_m[most] / one[most]) for one in (took_s, spent_s))
+    return added_s, Slower(float(added_s.sum()), "altitude of NAV_LAND", limit_m_s, flown_m_s)
 
 
 def _circling_longer_s(

@@ -9,7 +9,10 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.flight.pilot import habits_of
 from planner.flight.returns.destination import HERE
+from planner.mission.commands import LANDINGS, RELATIVE_FRAMES, TERRAIN_FRAMES, Command
+from planner.mission.route.position import ground_amsl_m
 from planner.mission.route.stage import LANDED_STAGES, StageKind
 from planner.rules.declaration import ARDUPILOT, PARAMETERS, TERRAIN, judges
 from planner.rules.terrain_following import reach_down_m
@@ -27,6 +30,8 @@ _FASTER, _TOO_FAST_M_S = 1.1, 2.0
 """Over the speed of landing, and in all: LAND_SPEED is documented from 0.3 m/s to 2 m/s. [-], [m s⁻¹]"""
 _SLOWED_WITHIN_M, _HEIGHTS = 50.0, 501
 """What it takes to slow down from 20 m/s by 4 m/s², and at how many heights speeds are looked up. [m], [-]"""
+
+_LANDING_STARTS = (Command.DO_LAND_START, Command.DO_RETURN_PATH_START)
 
 LANDS_FAST = Rule(
     "T117 lands-fast",
@@ -96,7 +101,8 @@ LANDS_HARD = Rule(
     "judged.  From 4.7 on ArduCopter without a rangefinder that looks down takes the altitude of a NAV_LAND "
     "with a place for that of the ground (ModeAuto::get_alt_above_ground_cm, #30195): an error above 1.1 "
     "times LAND_SPEED where it does not slow down for that, above ground of --terrain or level with home, "
-    "unless --target is an older version.  Flown, 20 m below home: 'SIM Hit ground at 1.50 m/s'.",
+    "unless --target is an older version; landings behind DO_LAND_START that only a failsafe leads to, too.  "
+    "Flown, 20 m below home: 'SIM Hit ground at 1.50 m/s'.",
     fix="set LAND_SPEED to 0.5 m/s, MPC_LAND_SPEED to 0.7 m/s, as delivered",
     instead="the parameters of --params",
 )
@@ -117,24 +123,49 @@ def _lands_hard(a: Assessment, parameters: FlightParameters) -> Iterator[Found]:
 
 def _by_its_altitude(a: Assessment, parameters: FlightParameters) -> Iterator[Finding]:
     """Yield the landings that ArduCopter, from 4.7 on, does not slow down, for want of altitude."""
-    for stage in a.route.stages_of(StageKind.LAND):
-        if stage.named_ground_m is None:
-            continue
-        below_m = stage.height_m - stage.named_ground_m
+    flown = [
+        (stage.item, stage.height_m - stage.named_ground_m, stage.height_m - stage.datum_m)
+        for stage in a.route.stages_of(StageKind.LAND)
+        if stage.named_ground_m is not None
+    ]
+    is_named = habits_of(parameters, a.target).lands_by_altitude
+    for item, below_m, above_home_m in (*flown, *_landings_of_failsafes(a, is_named=is_named)):
         by_name_m_s, slow_m_s = _touch_down_m_s(parameters, below_m)
-        by_home_m_s, _ = _touch_down_m_s(parameters, stage.height_m - stage.datum_m)  # else T117
+        by_home_m_s, _ = _touch_down_m_s(parameters, above_home_m)  # else T117
         if not by_name_m_s > _FASTER * slow_m_s >= by_home_m_s:
             continue
-        by, older = "", ""
-        if not stage.lands_by_name:
-            by, older = " from 4.7 on", "; --target for an older version"
+        by, older = ("", "") if is_named else (" from 4.7 on", "; --target for an older version")
         yield a.finding(
             LANDS_HARD,
             f"touches the ground at {quantity.speed(by_name_m_s)}: ArduCopter{by} takes the altitude of the "
             f"landing for that of the ground, which is {quantity.height(below_m)} higher",
-            item=stage.item,
+            item=item,
             fix=f"give the landing the altitude of the ground, 0 above home where that is level{older}",
         )
+
+
+def _landings_of_failsafes(
+    a: Assessment, *, is_named: bool | None
+) -> Iterator[tuple[int, float, float]]:
+    """Yield items of landings that only a failsafe or a pilot leads to, and how high their ground is.
+
+    Above their altitude and above home [m]; ``AP_Mission::jump_to_landing_sequence``.
+    """
+    if is_named is False or not a.mission.numbered(*_LANDING_STARTS):
+        return
+    terrain, route = a.setup.terrain, a.route
+    for number, item in a.mission.numbered(*LANDINGS):
+        if number in route.reached or not item.names_place or item.altitude_m is None:
+            continue
+        latitude_deg, longitude_deg = item.latitude_deg or 0.0, item.longitude_deg or 0.0
+        amsl_m = None if terrain is None else ground_amsl_m(terrain, latitude_deg, longitude_deg)
+        ground_m = 0.0 if amsl_m is None else amsl_m - route.ground_datum_m
+        named_m = item.altitude_m
+        if item.frame in TERRAIN_FRAMES:
+            named_m += ground_m
+        elif item.frame not in RELATIVE_FRAMES:
+            named_m -= route.home_amsl_m
+        yield number, ground_m - named_m, ground_m
 
 
 def _touch_down_m_s(parameters: FlightParameters, above_m: float) -> tuple[float, float]:

@@ -596,17 +596,17 @@ class MissionState(Position, kw_only=True, eq=False):
     def _remark_named_ground(self, landing: Stage) -> None:
         """Tell that a landing is slow from far above the ground."""
         named_m = landing.named_ground_m
-        if self.dialect is not Autopilot.ARDUPILOT or named_m is None:
+        if named_m is None:
             return
         above_m = named_m - max(landing.height_m, landing.datum_m)
         if above_m <= 0.0:
             return
-        by, older = ("", "") if landing.lands_by_name else (" from 4.7 on", ", older ones not")
+        by, older = ("", "") if landing.lands_by_name else (" from 4.7 on", "; the longer counts")
         height = quantity.height(above_m)
         self.remark(
             ITEM_NOT_MODELLED,
             f"a landing with an altitude {height} above the ground: ArduCopter{by} takes it for that of the "
-            f"ground and is slow from 10 m (LAND_ALT_LOW) above it, as predicted{older}",
+            f"ground and is slow from 10 m (LAND_ALT_LOW) above it{older}",
             severity=Severity.INFO,
         )
 
