@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, takeoff, time_s
 from ardupilot_times import leg_s
+from made_missions import item, mission, north, rtl
+from made_missions import takeoff as takeoff_to
 
+from planner.autopilot import Autopilot
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
+from planner.mission.route.route import make_route
 from planner.mission.route.stage import StageKind
 from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -177,3 +181,19 @@ def test_a_spline_dives_before_it_is_led_straight_up(kind: StageKind) -> None:
     first_s, last_s = motion.segments.end_s[motion.done_segment[:2]]
     heights_m = motion.state_at_time(np.linspace(first_s, last_s, 200)).height_m
     assert heights_m.min() == pytest.approx(25.0 - 35.0 * 4.0 / 27.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("command", "longer_s"), [(16, 26.9), (82, 33.4)])
+def test_places_above_home_and_above_terrain_in_turn_are_stopped_at(
+    command: int, longer_s: float
+) -> None:
+    # Flown by ArduCopter 4.7.0-dev: five places 60 m apart and the return, by waypoints 159.3 s in turn and
+    # 132.4 s in one frame, by splines 165.8 s for 132.4 s.
+    def flight_s(*frames: int) -> float:
+        places = [
+            item(command, north(60.0 * n), 25.0, frame=f) for n, f in enumerate(frames, start=1)
+        ]
+        made = mission(takeoff_to(25), *places, rtl())
+        return time_s(fly(*make_route(made, dialect=Autopilot.ARDUPILOT).stages))
+
+    assert flight_s(10, 3, 10, 3, 10) - flight_s(3, 3, 3, 3, 3) == pytest.approx(longer_s, abs=3.0)

@@ -1365,3 +1365,19 @@ def test_a_spline_before_an_altitude_it_leads_on_to_is_an_error(
     assert all(f"up to {swing} up or down" in message for message in told)
     terrain = route(takeoff(25), item(82, north(60), 25.0, frame=10), after, dialect=ARDUPILOT)
     assert not any("behind a spline" in one.message for one in terrain.findings)
+
+
+@pytest.mark.parametrize(("dialect", "stops"), [(ARDUPILOT, True), (None, True), (PX4, False)])
+@pytest.mark.parametrize("command", [16, 82])
+def test_ardupilot_stops_between_places_above_home_and_above_terrain(
+    command: int, dialect: Autopilot | None, *, stops: bool
+) -> None:
+    frames = (10, 3, 3, 10, 11)
+    camera = item(206, frame=2, params=(5.0, 0.0, 1.0, 0.0))
+    places = [item(command, north(60 * n), 25.0, frame=f) for n, f in enumerate(frames, start=1)]
+    found = route(takeoff(25), places[0], camera, *places[1:], rtl(), dialect=dialect)
+    flown = [one.is_next_unseen for one in found.stages[1:6]]
+    assert flown == [stops, False, stops, False, False]
+    landing = item(21, north(120), 0.0)
+    found = route(takeoff(25), places[0], landing, dialect=dialect)
+    assert found.stages[1].is_next_unseen is stops

@@ -104,6 +104,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         self._remark_unknown_side(item)
         self._remark_tangent(item)
         self._remark_swing(item)
+        self._stop_before(item)
         if self.queued == 1 and is_queued(item.command):
             self.first_commanded = self._commanded()
         if not self._is_held_back(item):
