@@ -249,6 +249,7 @@ def test_a_climb_or_descent_twice_as_fast_as_any_identified_is_an_error(
 ) -> None:
     fast = mission(
         takeoff(20),
+        waypoint(20, 20),
         speed(climb_m_s, 2.0),
         speed(descent_m_s, 3.0),
         waypoint(50, 120),

@@ -82,6 +82,7 @@ def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_costs_i
     heights = (100.0, 10.0) if kind == 3.0 else (10.0, 100.0)
     one = mission(
         takeoff(heights[0]),
+        waypoint(50, heights[0]),
         speed(asked_m_s, kind),
         waypoint(100, heights[0]),
         waypoint(100, heights[1]),
@@ -89,7 +90,7 @@ def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_costs_i
     )
     told = found(one, battery=Battery(capacity_wh=battery_wh))
     [reported] = of("T102", told)
-    assert (reported.severity, reported.item) == (Severity.WARNING, 4)
+    assert (reported.severity, reported.item) == (Severity.WARNING, 5)
     assert [each.severity for each in of("E108", told)] == severities
     assert f"speed of {asked_m_s:.1f} m/s not modelled" in reported.message
     assert of("T102", found(one, ARDUPILOT)) == []
