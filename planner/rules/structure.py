@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from math import hypot, inf, pi, radians
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -27,7 +28,8 @@ from planner.mission.commands import (
 from planner.mission.items import MissionFormat
 from planner.mission.route.order import JUMP_WITHOUT_FLIGHT
 from planner.mission.route.stage import StageKind
-from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
+from planner.mission.route.walk import EDGE_NEAR_M, ENDLESS, ITEM_NOT_MODELLED
+from planner.mission.storage import stored_radius_m
 from planner.rules.assessment import numbers
 from planner.rules.declaration import (
     ARDUPILOT,
@@ -60,6 +62,8 @@ _AVOIDS_FENCES = 3
 """Default of AVOID_ENABLE; bit 0: fences."""
 _CIRCLE_RATE_RAD_S = radians(20.0)
 """CIRCLE_RATE as delivered. [rad s⁻¹]"""
+_CRUISE_M_S, _ACCELERATION_M_S2 = 10.0, 2.5
+"""WPNAV_SPEED and WPNAV_ACCEL as delivered. [m s⁻¹], [m s⁻²]"""
 _SAME_TIME_S = 0.5
 _SAME_HEIGHT_M = 1.0
 _ALTITUDE_REACHED_M = 0.05
@@ -478,6 +482,42 @@ def _turns_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
             severity=severity,
             item=stage.item,
         )
+    yield from remarks.findings()
+
+
+@judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT_TARGET,))
+def _turns_perhaps_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
+    """Yield turns without a radius that 4.7 would not fly at their place, where the version is not known."""
+    if is_4_7(target) is not None:
+        return
+    parameters, remarks = ARDUPILOT.of(a), Remarks()
+    rate_rad_s = _CIRCLE_RATE_RAD_S if parameters is None else abs(parameters.circle_rate_rad_s)
+    own_m_s, own_m_s2 = (
+        (_CRUISE_M_S, _ACCELERATION_M_S2)
+        if parameters is None
+        else (parameters.cruise_speed_m_s, parameters.acceleration_m_s2)
+    )
+    for before, stage in pairwise(a.route.stages):
+        if stage.kind is not StageKind.CIRCLE or stored_radius_m(
+            a.mission.items[stage.item - 1].param3 or 0.0
+        ):
+            continue
+        way_m = hypot(stage.east_m - before.east_m, stage.north_m - before.north_m)
+        speed_m_s = stage.speed_m_s or own_m_s
+        # Speeding up and slowing down take as long again as the speed divided by the acceleration.
+        way_s = way_m / speed_m_s + 2.0 * speed_m_s / own_m_s2
+        turn_s = 2.0 * pi * stage.turns / rate_rad_s if rate_rad_s else inf
+        rise_m = stage.height_m - before.height_m
+        rises = abs(rise_m) > _SAME_HEIGHT_M and not stage.follows_ground
+        if hypot(way_m, rise_m) > EDGE_NEAR_M and (rises or way_s > turn_s):
+            does = "stays at the height before" if rises else "flies on before it is there"
+            remarks.add(
+                ITEM_NOT_MODELLED,
+                f"NAV_LOITER_TURNS without a radius: ArduCopter 4.7 {does}; put a waypoint there before it, "
+                "give it a radius, or an older version with --target",
+                severity=Severity.ERROR,
+                item=stage.item,
+            )
     yield from remarks.findings()
 
 

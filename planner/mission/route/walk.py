@@ -82,7 +82,7 @@ _LONGEST_TANGENTS = 4.0
 _SWINGS = 4.0 / 27.0
 """How far a cubic that begins at rest leaves the line between its ends, of the tangent at its end. [-]"""
 _LITTLE_SWING_M = 0.5
-_EDGE_NEAR_M = 3.0
+EDGE_NEAR_M = 3.0
 """``ModeAuto::circle_movetoedge_start`` flies to a circle from farther away only. [m]"""
 _SAME_HOME_M = 0.5
 """So near, and as high, a home is the one before. [m]"""
@@ -137,7 +137,7 @@ ITEM_NOT_MODELLED = Rule(
     "lasts; where LOITER_TURNS, or a hold, counts below zero on ArduPilot, which keeps no sign (AP_Mission), "
     "and flies turns without a radius until 4.6 as wide as those before; where 4.7 turns without one on the "
     "way to their place, by turns x 360°/CIRCLE_RATE shorter than that takes or at a height more than 1 m "
-    "from the item's, or the version is unknown and they are more than 3 m away; where "
+    "from the item's, or may, with a version that is not known, or any autopilot; where "
     "DO_CHANGE_SPEED has another type than 0 to 3, which older versions take for the level speed "
     "(ModeAuto::do_change_speed); where LOITER_TURNS has a part of a turn, which 4.7 flies to the side of "
     "CIRCLE_RATE's sign, others to that of the radius, and the version is unknown; at a DO_CHANGE_SPEED or a "
@@ -700,12 +700,14 @@ class MissionState(Position, kw_only=True, eq=False):
         the centre then; no flight of those is known.
         """
         name = "NAV_LOITER_TURNS"
-        if self.habits.circles_by_rate is None and way_m > _EDGE_NEAR_M:
+        if self.habits.circles_by_rate is None and way_m > EDGE_NEAR_M:
             message = (
                 f"{name} has no radius: ArduCopter 4.7 turns at once, on the way to its place and at the "
-                "height before, others fly there first: give it a radius, or the version with --target"
+                "height before, others fly there first, as predicted: give it a radius, or the version with "
+                "--target"
             )
-            self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
+            severity = Severity.ERROR if self.dialect is None else None
+            self.remark(ITEM_NOT_MODELLED, message, severity=severity)
         elif self.habits.circles_by_rate is False and self.circle_radius_m == 0.0:
             message = (
                 f"{name} has no radius, nor has one before: ArduPilot may turn on the spot at its place, by "
@@ -924,8 +926,7 @@ class MissionState(Position, kw_only=True, eq=False):
         is lowered is lost too, which is faster than predicted.  Its controller for places begins anew behind
         a take-off (``ModeAuto::wp_start``).
         """
-        has_flown = any(one.kind not in _BEFORE_LEGS for one in self.stages[-1:])
-        if self.dialect is not Autopilot.ARDUPILOT or has_flown or speed_m_s <= own_m_s:
+        if self.dialect is not Autopilot.ARDUPILOT or self._has_flown_leg() or speed_m_s <= own_m_s:
             return speed_m_s
         self.remark(
             ITEM_NOT_MODELLED,
@@ -933,6 +934,17 @@ class MissionState(Position, kw_only=True, eq=False):
             f"predicted at {quantity.speed(own_m_s)} of its parameters; set it behind the first waypoint",
         )
         return own_m_s
+
+    def _has_flown_leg(self) -> bool:
+        """Return whether ArduPilot has flown to a place since it took off; to a circle nearby it does not."""
+        if not self.stages or self.stages[-1].kind in _BEFORE_LEGS:
+            return False
+        *_, before, last = (None, *self.stages)
+        if last.kind is not StageKind.CIRCLE or before is None or before.kind not in _BEFORE_LEGS:
+            return True
+        way_m = float(distance_m(*self.places_deg[-2], *self.places_deg[-1]))
+        edge_m = math.hypot(way_m - abs(last.radius_m), last.height_m - before.height_m)
+        return edge_m > EDGE_NEAR_M
 
     def _change_px4_speed(self, speed_m_s: float | None) -> None:
         """Take a speed: PX4 does not look at the type, and nothing above zero resets to its own."""
