@@ -88,6 +88,9 @@ def _lands_fast(
     )
 
 
+_HARD_M_S = 1.0
+"""Faster than 1.1 times LAND_SPEED only from here on an error: PX4 lands at 0.7 m/s as delivered. [m s⁻¹]"""
+
 LANDS_HARD = Rule(
     "T120 lands-hard",
     Severity.ERROR,
@@ -99,9 +102,10 @@ LANDS_HARD = Rule(
     "than MPC_ACC_UP_MAX can make it between MPC_LAND_ALT1, MPC_LAND_ALT2 and the ground: an error above "
     "2 m/s, the most that ArduPilot's LAND_SPEED may be set to.  A vehicle that does not land is not "
     "judged.  From 4.7 on ArduCopter without a rangefinder that looks down takes the altitude of a NAV_LAND "
-    "with a place for that of the ground (ModeAuto::get_alt_above_ground_cm, #30195): an error above 1.1 "
-    "times LAND_SPEED where it does not slow down for that, above ground of --terrain or level with home, "
-    "unless --target is an older version; landings behind DO_LAND_START that only a failsafe leads to, too.  "
+    "with a place for that of the ground (ModeAuto::get_alt_above_ground_cm, #30195): an error above "
+    "1 m/s where it does not slow down for that, a warning above 1.1 times LAND_SPEED, above ground of "
+    "--terrain or level with home, unless --target is an older version; landings behind DO_LAND_START that "
+    "only a failsafe leads to, too.  "
     "Flown, 20 m below home: 'SIM Hit ground at 1.50 m/s'.",
     fix="set LAND_SPEED to 0.5 m/s, MPC_LAND_SPEED to 0.7 m/s, as delivered",
     instead="the parameters of --params",
@@ -140,6 +144,7 @@ def _by_its_altitude(a: Assessment, parameters: FlightParameters) -> Iterator[Fi
             f"touches the ground at {quantity.speed(by_name_m_s)}: ArduCopter{by} takes the altitude of the "
             f"landing for that of the ground, which is {quantity.height(below_m)} higher",
             item=item,
+            severity=None if by_name_m_s > _HARD_M_S else Severity.WARNING,
             fix=f"give the landing the altitude of the ground, 0 above home where that is level{older}",
         )
 

@@ -692,6 +692,8 @@ UP = 2.0
         # Flown by a build of 4.7, with 4 m/s up, or 3 m/s down, asked for behind the take-off: not kept.
         ((takeoff(15), speed(4.0, kind=UP), waypoint(80, 60)), 124.6, False),
         ((takeoff(15), speed(4.0, kind=UP), waypoint(40, 15), waypoint(80, 60)), 132.5, False),
+        # LOITER_TO_ALT without a place, and turns of no radius on the spot, are no legs; flown.
+        ((takeoff(15), item(31, None, 16.0), speed(4.0, kind=UP), waypoint(80, 60)), 127.1, False),
         # A circle whose edge is 2 m away is begun at once; flown 10 m away it is kept.
         ((takeoff(15), ring(12.0), speed(4.0, kind=UP), waypoint(130, 60)), 144.3, False),
         ((takeoff(15), ring(0.0), speed(4.0, kind=UP), waypoint(130, 60)), 124.2, True),

@@ -1367,6 +1367,25 @@ def test_a_spline_before_an_altitude_it_leads_on_to_is_an_error(
     assert not any("behind a spline" in one.message for one in terrain.findings)
 
 
+@pytest.mark.parametrize(
+    ("height_m", "altitude_m", "severity"),
+    [
+        # 4/27 of it: 15 m lead 2.2 m down or up; 33.7 m and 33.8 m 4.99 m and 5.01 m.
+        (50.0, 35.0, Severity.WARNING),
+        (50.0, 16.3, Severity.WARNING),
+        (50.0, 16.2, Severity.ERROR),
+        (12.3, 27.3, Severity.WARNING),
+        (12.1, 27.1, Severity.ERROR),  # 9.9 m above the ground
+    ],
+)
+def test_a_little_swing_high_up_is_a_warning(
+    height_m: float, altitude_m: float, severity: Severity
+) -> None:
+    items = (takeoff(height_m), item(82, north(60), height_m), item(21, north(120), altitude_m))
+    told = [one for one in route(*items, dialect=ARDUPILOT).findings if "a spline" in one.message]
+    assert [one.severity for one in told] == [severity]
+
+
 @pytest.mark.parametrize(("dialect", "stops"), [(ARDUPILOT, True), (None, True), (PX4, False)])
 @pytest.mark.parametrize("command", [16, 82])
 def test_ardupilot_stops_between_places_above_home_and_above_terrain(

@@ -109,22 +109,24 @@ def test_a_landing_at_the_height_of_the_mission_is_slow_all_the_way() -> None:
     ("altitude_m", "frame", "target", "told"),
     [
         # It slows down along v = h − 10 m, h above the altitude: to 1.1 times 0.5 m/s in 10.55 m.
-        (-10.5, 3, NEWER, False),
-        (-10.6, 3, NEWER, True),
-        (-10.6, 3, None, True),
-        (-10.6, 3, OLDER, False),
-        (389.5, 0, NEWER, False),
-        (389.4, 0, NEWER, True),
-        (0.0, 0, None, True),
+        (-10.5, 3, NEWER, None),
+        (-10.6, 3, NEWER, Severity.WARNING),
+        (-10.95, 3, NEWER, Severity.WARNING),
+        (-11.05, 3, NEWER, Severity.ERROR),  # 1 m/s
+        (-11.05, 3, None, Severity.ERROR),
+        (-11.05, 3, OLDER, None),
+        (389.5, 0, NEWER, None),
+        (388.9, 0, NEWER, Severity.ERROR),
+        (0.0, 0, None, Severity.ERROR),
     ],
 )
 def test_a_landing_below_the_ground_is_not_slowed_down(
-    altitude_m: float, frame: int, target: str | None, *, told: bool
+    altitude_m: float, frame: int, target: str | None, told: Severity | None
 ) -> None:
     result = judged(landing_from(25, landing(40, altitude_m, frame=frame)), target)
     found = [one.severity for one in result.findings if one.code == "T120"]
-    assert found == [Severity.ERROR] * told
-    assert (result.verdict == "no-go") is told
+    assert found == ([] if told is None else [told])
+    assert (result.verdict == "no-go") is (told is Severity.ERROR)
 
 
 def test_a_rangefinder_or_no_place_leaves_the_altitude_out() -> None:

@@ -81,7 +81,10 @@ _LONGEST_TANGENTS = 4.0
 """``SplineCurve`` keeps the tangents at both ends of a spline together within so many times its length."""
 _SWINGS = 4.0 / 27.0
 """How far a cubic that begins at rest leaves the line between its ends, of the tangent at its end. [-]"""
-_LITTLE_SWING_M = 0.5
+_LITTLE_SWING_M, _GREAT_SWING_M = 0.5, 5.0
+"""Flown, 2 m do nothing; 5 m may be beyond a fence that the level flight is well inside of. [m]"""
+_LOW_M = 10.0
+"""Nearer to the ground a swing counts, whatever it is. [m]"""
 EDGE_NEAR_M = 3.0
 """``ModeAuto::circle_movetoedge_start`` flies to a circle from farther away only. [m]"""
 _SAME_HOME_M = 0.5
@@ -144,7 +147,8 @@ ITEM_NOT_MODELLED = Rule(
     "landing behind a CONDITION_GATE; behind a spline without a hold, which ArduPilot leads on to what it "
     "takes for the place of the next item (ModeAuto::get_spline_from_cmd), where that swings it more than "
     "0.5 m up or down: NAV_DELAY with an hour, minute or second other than 0, or parts of one, a landing or "
-    "take-off with another altitude; on PX4 behind a LOITER_TIME of less than 4 s, or a LOITER_TO_ALT of "
+    "take-off with another altitude (a warning below 5 m, 10 m above the ground and without "
+    "--terrain); on PX4 behind a LOITER_TIME of less than 4 s, or a LOITER_TO_ALT of "
     "another height, with parameter 4, and at a DO_CHANGE_SPEED taken back at once; where a "
     "CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of where the leg is "
     "over, and holds back a speed, a home or the fence.  A note of a landing that ArduCopter from 4.7 on "
@@ -213,7 +217,7 @@ HEADING_NORTH = Rule(
 )
 
 
-_BEFORE_LEGS = frozenset({StageKind.TAKEOFF, StageKind.DELAY, *LANDED_STAGES})
+_ON_OR_OFF_THE_GROUND = frozenset({StageKind.TAKEOFF, *LANDED_STAGES})
 
 
 class VehicleHabits(Value):
@@ -368,12 +372,14 @@ class MissionState(Position, kw_only=True, eq=False):
         takes = "reads its numbers as a place" if math.isinf(way_m) else "takes its altitude"
         is_delay = item.command == Command.NAV_DELAY
         write = "whole seconds, and 0 in parameters 2 to 4" if is_delay else "0 there"
+        left_m = self.height_m - self.ground_m() - swing_m
+        is_grave = swing_m >= _GREAT_SWING_M or left_m < _LOW_M or self.terrain is not None
         self.remark(
             ITEM_NOT_MODELLED,
             f"{command_name(item.command)} right behind a spline: ArduPilot {takes}, lets the spline lead on "
             f"to that and swings up to {quantity.height(swing_m)} up or down on it, which is not predicted; "
             f"write {write}, or hold for 1 s at the spline",
-            severity=Severity.ERROR,
+            severity=Severity.ERROR if is_grave else None,
         )
 
     def _way_beyond_m(self, item: MissionItem) -> float:
@@ -917,7 +923,9 @@ class MissionState(Position, kw_only=True, eq=False):
                 f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged, by some versions and boards of "
                 "ArduPilot flown as the level speed"
             )
-            self.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
+            # 4.7 leaves the speed as it is, but for what has a sign, which boards keep otherwise.
+            is_left = self.habits.circles_by_rate is True and kind > DESCENT
+            self.remark(ITEM_NOT_MODELLED, message, severity=None if is_left else Severity.ERROR)
 
     def _kept_m_s(self, speed_m_s: float, own_m_s: float, what: str) -> float:
         """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it does not.
@@ -936,15 +944,26 @@ class MissionState(Position, kw_only=True, eq=False):
         return own_m_s
 
     def _has_flown_leg(self) -> bool:
-        """Return whether ArduPilot has flown to a place since it took off; to a circle nearby it does not."""
-        if not self.stages or self.stages[-1].kind in _BEFORE_LEGS:
+        """Return whether ArduPilot has flown to a place since it took off, by its controller for places."""
+        for number in reversed(range(len(self.stages))):
+            if self.stages[number].kind in _ON_OR_OFF_THE_GROUND:
+                return False
+            if self._is_leg(number):
+                return True
+        return False
+
+    def _is_leg(self, number: int) -> bool:
+        """Return whether it flies to the place of a stage: not to a circle nearby, nor to no place."""
+        stage = self.stages[number]
+        if stage.kind is not StageKind.CIRCLE:
+            return stage.kind is not StageKind.DELAY and not (
+                stage.kind is StageKind.CHANGE_HEIGHT and stage.is_here
+            )
+        if not number or not stage.radius_m:
             return False
-        *_, before, last = (None, *self.stages)
-        if last.kind is not StageKind.CIRCLE or before is None or before.kind not in _BEFORE_LEGS:
-            return True
-        way_m = float(distance_m(*self.places_deg[-2], *self.places_deg[-1]))
-        edge_m = math.hypot(way_m - abs(last.radius_m), last.height_m - before.height_m)
-        return edge_m > EDGE_NEAR_M
+        way_m = float(distance_m(*self.places_deg[number - 1], *self.places_deg[number]))
+        rise_m = stage.height_m - self.stages[number - 1].height_m
+        return math.hypot(way_m - abs(stage.radius_m), rise_m) > EDGE_NEAR_M
 
     def _change_px4_speed(self, speed_m_s: float | None) -> None:
         """Take a speed: PX4 does not look at the type, and nothing above zero resets to its own."""
