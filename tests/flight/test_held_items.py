@@ -720,8 +720,22 @@ def test_a_climb_speed_raised_before_the_first_leg_is_not_kept(
     assert bool(told) is not is_kept
 
 
-def test_a_climb_speed_lowered_before_the_first_leg_is_kept() -> None:
-    slow = (takeoff(15), speed(0.5, kind=UP), waypoint(80, 30), rtl())
-    found = make_route(mission(*slow), dialect=ARDUPILOT, habits=VehicleHabits(climb_speed_m_s=2.5))
-    assert found.stages[1].climb_speed_m_s == 0.5
-    assert not [one for one in found.findings if one.code == "T102"]
+@pytest.mark.parametrize(
+    ("own_m_s", "asked_m_s", "first", "flown_m_s"),
+    [
+        (1.0, 0.5, 16, 0.5),
+        (2.5, 4.0, 16, 4.0),  # as delivered: flown, kept
+        (2.6, 4.0, 16, 2.6),  # flown, lost
+        (2.5, 4.0, 82, 2.5),  # before splines always
+        (2.5, 0.5, 82, 0.5),  # flown faster: the slower counts
+    ],
+)
+def test_a_climb_speed_before_the_first_leg_is_kept_where_the_parameter_is_as_delivered(
+    own_m_s: float, asked_m_s: float, first: int, flown_m_s: float
+) -> None:
+    items = (takeoff(15), speed(asked_m_s, kind=UP), item(first, north(80), 30.0), rtl())
+    habits = VehicleHabits(climb_speed_m_s=own_m_s)
+    found = make_route(mission(*items), dialect=ARDUPILOT, habits=habits)
+    assert found.stages[1].climb_speed_m_s == flown_m_s
+    told = [one for one in found.findings if "before the first leg" in one.message]
+    assert bool(told) is (flown_m_s < asked_m_s)

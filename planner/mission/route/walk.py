@@ -217,6 +217,8 @@ HEADING_NORTH = Rule(
 )
 
 
+_DELIVERED_M_S = {"climb": 2.5, "descent": 1.5}
+"""WPNAV_SPEED_UP and WPNAV_SPEED_DN as delivered."""
 _ON_OR_OFF_THE_GROUND = frozenset({StageKind.TAKEOFF, *LANDED_STAGES})
 
 
@@ -531,6 +533,8 @@ class MissionState(Position, kw_only=True, eq=False):
         if item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT:
             ground_m = self._followed_ground_m(from_deg)
         self.height_m = self._height_to_m(item)
+        if kind is StageKind.SPLINE:
+            self._begin_spline()
         acceptance_radius_m = None
         if item.param2 is not None and item.param2 > 0.0 and kind is StageKind.GO:
             acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
@@ -928,13 +932,25 @@ class MissionState(Position, kw_only=True, eq=False):
             self.remark(ITEM_NOT_MODELLED, message, severity=None if is_left else Severity.ERROR)
 
     def _kept_m_s(self, speed_m_s: float, own_m_s: float, what: str) -> float:
-        """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it does not.
+        """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it may not.
 
-        Flown by a build of 4.7: climbs at WPNAV_SPEED_UP to a second place, 30 % longer; before splines what
-        is lowered is lost too, which is faster than predicted.  Its controller for places begins anew behind
-        a take-off (``ModeAuto::wp_start``).
+        Notes
+        -----
+        ``AC_WPNav`` takes a parameter other than delivered for a changed one as it first flies to a place
+        (``update_wpnav``), and goes by it.  Flown by a build of 4.7: with WPNAV_SPEED_UP 100 it takes 30 %
+        longer, with 250 it is kept.  Of a lowered one, lost too, the slower counts.
         """
-        if self.dialect is not Autopilot.ARDUPILOT or self._has_flown_leg() or speed_m_s <= own_m_s:
+        if (
+            self.dialect is not Autopilot.ARDUPILOT
+            or self._has_flown_leg()
+            or math.isclose(own_m_s, _DELIVERED_M_S[what])
+        ):
+            return speed_m_s
+        return self._own_m_s(speed_m_s, own_m_s, what)
+
+    def _own_m_s(self, speed_m_s: float, own_m_s: float, what: str) -> float:
+        """Return the vehicle's own speed for a raised one that is lost, and tell of it."""
+        if speed_m_s <= own_m_s:
             return speed_m_s
         self.remark(
             ITEM_NOT_MODELLED,
@@ -942,6 +958,18 @@ class MissionState(Position, kw_only=True, eq=False):
             f"predicted at {quantity.speed(own_m_s)} of its parameters; set it behind the first waypoint",
         )
         return own_m_s
+
+    def _begin_spline(self) -> None:
+        """Take the vehicle's own speeds for raised ones: a first leg that is a spline loses them (flown)."""
+        if self.dialect is not Autopilot.ARDUPILOT or self._has_flown_leg():
+            return
+        own = self.habits
+        if self.climb_speed_m_s is not None:
+            self.climb_speed_m_s = self._own_m_s(self.climb_speed_m_s, own.climb_speed_m_s, "climb")
+        if self.descent_speed_m_s is not None:
+            self.descent_speed_m_s = self._own_m_s(
+                self.descent_speed_m_s, own.descent_speed_m_s, "descent"
+            )
 
     def _has_flown_leg(self) -> bool:
         """Return whether ArduPilot has flown to a place since it took off, by its controller for places."""
