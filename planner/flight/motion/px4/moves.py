@@ -521,14 +521,15 @@ class _Navigator:
         self, begin_m: tuple[float, float, float], move: Move
     ) -> tuple[float, float, float] | None:
         """Return where a waypoint counts as passed, of which a return begins, if that is afar. [m]"""
-        way = np.subtract(move.target_m, begin_m)
-        level = math.hypot(way[0], way[1])
-        tail_m = np.array(min(level, move.reach_m))
-        left = float(
-            left_m(self.parameters, tail_m, np.array(move.speed_m_s), np.array(move.hold_s))
-        )
-        if left <= self.parameters.acceptance_radius_m:
+        level = math.dist(move.target_m[:2], begin_m[:2])
+        tail_m, near_m = min(level, move.reach_m), self.parameters.acceptance_radius_m
+        if tail_m <= near_m:  # with a hold it is no farther
             return None
+        asked = (np.array(one) for one in (tail_m, move.speed_m_s, move.hold_s))
+        left = float(left_m(self.parameters, *asked))
+        if left <= near_m:
+            return None
+        way = np.subtract(move.target_m, begin_m)
         east, north, height = (np.array(move.target_m) - way * (left / level)).tolist()
         return east, north, height
 
