@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
-from math import hypot, inf, pi, radians
+from math import hypot, inf, pi
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Target
     from planner.findings import Finding
     from planner.mission.items import MissionItem
+    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -60,10 +61,6 @@ _PLACELESS = frozenset({StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY})
 """Stages that lead to no place of the mission."""
 _AVOIDS_FENCES = 3
 """Default of AVOID_ENABLE; bit 0: fences."""
-_CIRCLE_RATE_RAD_S = radians(20.0)
-"""CIRCLE_RATE as delivered. [rad s⁻¹]"""
-_CRUISE_M_S, _ACCELERATION_M_S2 = 10.0, 2.5
-"""WPNAV_SPEED and WPNAV_ACCEL as delivered. [m s⁻¹], [m s⁻²]"""
 _SAME_TIME_S = 0.5
 _SAME_HEIGHT_M = 1.0
 _ALTITUDE_REACHED_M = 0.05
@@ -454,8 +451,7 @@ def _turns_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
     motion, remarks = a.flight.motion, Remarks()
     segments, done = motion.segments, np.maximum.accumulate(motion.done_segment)
     ends_s = np.append(segments.end_s, 0.0)[done]  # -1: nothing yet
-    parameters = ARDUPILOT.of(a)
-    rate_rad_s = _CIRCLE_RATE_RAD_S if parameters is None else abs(parameters.circle_rate_rad_s)
+    parameters = _flown_by(a)
     for row, stage in enumerate(a.route.stages[1:], start=1):
         if stage.kind is not StageKind.CIRCLE or stage.radius_m:
             continue
@@ -464,7 +460,7 @@ def _turns_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
         if way_s <= _SAME_TIME_S:
             continue
         height_m = float(motion.state_at_time(ends_s[row - 1 : row]).height_m[0])
-        turn_s = 2.0 * pi * stage.turns / rate_rad_s if rate_rad_s else inf
+        turn_s = _turning_s(stage, parameters)
         severity = Severity.ERROR
         if abs(stage.height_m - height_m) > _SAME_HEIGHT_M and not stage.follows_ground:
             does = f"stays {quantity.height(height_m)} above home, not {quantity.height(stage.height_m)}"
@@ -485,31 +481,37 @@ def _turns_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
     yield from remarks.findings()
 
 
+def _flown_by(a: Assessment) -> ArduPilotParameters:
+    """Return ArduPilot's parameters of the vehicle, as delivered where they are not known."""
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+    return ARDUPILOT.of(a) or ArduPilotParameters()
+
+
+def _turning_s(stage: Stage, parameters: ArduPilotParameters) -> float:
+    """Return how long the turns of a circle on the spot take; infinite where CIRCLE_RATE is 0. [s]"""
+    rate_rad_s = abs(parameters.circle_rate_rad_s)
+    return 2.0 * pi * stage.turns / rate_rad_s if rate_rad_s else inf
+
+
 @judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT_TARGET,))
 def _turns_perhaps_on_the_way(a: Assessment, target: Target) -> Iterator[Finding]:
     """Yield turns without a radius that 4.7 would not fly at their place, where the version is not known."""
     if is_4_7(target) is not None:
         return
-    parameters, remarks = ARDUPILOT.of(a), Remarks()
-    rate_rad_s = _CIRCLE_RATE_RAD_S if parameters is None else abs(parameters.circle_rate_rad_s)
-    own_m_s, own_m_s2 = (
-        (_CRUISE_M_S, _ACCELERATION_M_S2)
-        if parameters is None
-        else (parameters.cruise_speed_m_s, parameters.acceleration_m_s2)
-    )
+    parameters, remarks = _flown_by(a), Remarks()
     for before, stage in pairwise(a.route.stages):
         if stage.kind is not StageKind.CIRCLE or stored_radius_m(
             a.mission.items[stage.item - 1].param3 or 0.0
         ):
             continue
         way_m = hypot(stage.east_m - before.east_m, stage.north_m - before.north_m)
-        speed_m_s = stage.speed_m_s or own_m_s
+        speed_m_s = stage.speed_m_s or parameters.cruise_speed_m_s
         # Speeding up and slowing down take as long again as the speed divided by the acceleration.
-        way_s = way_m / speed_m_s + 2.0 * speed_m_s / own_m_s2
-        turn_s = 2.0 * pi * stage.turns / rate_rad_s if rate_rad_s else inf
+        way_s = way_m / speed_m_s + 2.0 * speed_m_s / parameters.acceleration_m_s2
         rise_m = stage.height_m - before.height_m
         rises = abs(rise_m) > _SAME_HEIGHT_M and not stage.follows_ground
-        if hypot(way_m, rise_m) > EDGE_NEAR_M and (rises or way_s > turn_s):
+        if hypot(way_m, rise_m) > EDGE_NEAR_M and (rises or way_s > _turning_s(stage, parameters)):
             does = "stays at the height before" if rises else "flies on before it is there"
             remarks.add(
                 ITEM_NOT_MODELLED,
