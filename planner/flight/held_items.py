@@ -13,7 +13,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.commands import Command
 from planner.mission.route.queue import HELD_BACK, soonest
 from planner.mission.route.stage import LEVEL_FIRST, FenceAction, StageKind
-from planner.mission.route.walk import ITEM_NOT_MODELLED
+from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.values import Value, replace
 
 if TYPE_CHECKING:

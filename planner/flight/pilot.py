@@ -23,7 +23,7 @@ from planner.flight.power import NO_TRANSIENTS
 from planner.flight.returns.destination import ReturnTargets
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 from planner.physics.response import farthest_stop_s
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace

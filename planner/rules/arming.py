@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner.findings import Rule, Severity
 from planner.mission.route.route import OTHER_VEHICLE
-from planner.mission.route.walk import ITEM_NOT_MODELLED
+from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.rules.arming_checks import (
     ALWAYS,
     ANY,

@@ -19,7 +19,7 @@ from planner.flight.prediction import HOVER_HEIGHT_M
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
-from planner.mission.route.walk import ITEM_NOT_MODELLED
+from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PX4, NotEvaluated, judges
 from planner.units import wh_from_j

@@ -16,7 +16,7 @@ from planner.flight.prediction import SPEED_ROUNDING
 from planner.flight.reach import SituationKind
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.mission.route.stage import StageKind
-from planner.mission.route.walk import ITEM_NOT_MODELLED
+from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, POWER, PX4, NotEvaluated, judges

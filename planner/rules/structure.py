@@ -26,9 +26,11 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.items import MissionFormat
+from planner.mission.route.circles import EDGE_NEAR_M
 from planner.mission.route.order import JUMP_WITHOUT_FLIGHT
 from planner.mission.route.stage import StageKind
-from planner.mission.route.walk import EDGE_NEAR_M, ENDLESS, ITEM_NOT_MODELLED
+from planner.mission.route.state import ITEM_NOT_MODELLED
+from planner.mission.route.walk import ENDLESS
 from planner.mission.storage import stored_radius_m
 from planner.rules.assessment import numbers
 from planner.rules.declaration import (

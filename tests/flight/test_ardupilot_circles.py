@@ -18,7 +18,7 @@ from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.pilot import habits_of
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import StageKind
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters

@@ -14,7 +14,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.route.queue import condition_of
 from planner.mission.route.route import make_route
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 from planner.physics.wind import Wind
 from planner.service.preflight import CheckResult, check
 from planner.vehicle.battery import Battery

@@ -24,7 +24,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import FenceAction, Route, StageKind
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 from planner.values import replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 

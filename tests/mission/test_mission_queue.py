@@ -16,7 +16,7 @@ from made_missions import HOME, item, jump, mission, rtl, speed, takeoff, waypoi
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.route.route import make_route
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem

@@ -16,7 +16,7 @@ from planner.findings import Severity
 from planner.mission.items import Home, MissionFormat, MissionItem, VehicleEvidence, VehicleKind
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import Route, StageKind
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 from planner.values import replace
 
 if TYPE_CHECKING:

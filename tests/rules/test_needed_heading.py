@@ -11,7 +11,7 @@ from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner.findings import Severity
 from planner.mission.route.route import make_route
-from planner.mission.route.walk import VehicleHabits
+from planner.mission.route.state import VehicleHabits
 from planner.service.preflight import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

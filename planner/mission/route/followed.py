@@ -9,6 +9,9 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.commands import TAKEOFFS, Command, command_name, is_navigation
+from planner.mission.route import circles
+from planner.mission.route.commanded import DESCENT
+from planner.mission.route.landings import lands_at_m_s, named_ground_m, returning
 from planner.mission.route.queue import (
     CONDITIONS,
     HELD,
@@ -26,7 +29,8 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
-from planner.mission.route.walk import DESCENT, WAITS_FOR_EVER, MissionState
+from planner.mission.route.state import WAITS_FOR_EVER, MissionState
+from planner.mission.route.walk import carry_out, remark_swing, remark_tangent, stop_before
 from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
@@ -101,15 +105,15 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         """Fly one item; raise the error about one that holds a number no vehicle can fly."""
         self.number, self.place = number, item.place
         self.visit += 1
-        self._remark_unknown_side(item)
-        self._remark_tangent(item)
-        self._remark_swing(item)
-        self._stop_before(item)
+        circles.remark_unknown_side(self, item)
+        remark_tangent(self, item)
+        remark_swing(self, item)
+        stop_before(self, item)
         if self.queued == 1 and is_queued(item.command):
             self.first_commanded = self._commanded()
         if not self._is_held_back(item):
             begun, before = len(self.stages), (self.latitude_deg, self.longitude_deg, self.height_m)
-            self.carry_out(item)
+            carry_out(self, item)
             if self._is_over_at_once(item, begun, before):
                 self._drop_queue(item, begun)
             if len(self.stages) > begun:
@@ -173,7 +177,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         if self.first_commanded is None or self.dialect is Autopilot.PX4:
             return False
         if item.command == Command.NAV_GUIDED_ENABLE:
-            return self._in_air and not (item.param1 or 0.0) > 0.0
+            return self.in_air and not (item.param1 or 0.0) > 0.0
         if len(self.stages) == begun or begun == 0:
             return False
         stage = self.stages[-1]
@@ -275,18 +279,18 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         self.latitude_deg, self.longitude_deg, self.height_m = after
         parts = len(self.stages) - begun
         self.number, self.place = own
-        now = self._returning() if stage.kind is StageKind.RETURN else self._stage(stage.kind)
+        now = returning(self) if stage.kind is StageKind.RETURN else self.stage(stage.kind)
         lands = stage.kind is StageKind.LAND
-        self._add(
+        self.add(
             replace(
                 stage,
                 speed_m_s=now.speed_m_s,
                 is_speed_late=self.is_speed_late and not parts,
                 climb_speed_m_s=now.climb_speed_m_s,
                 descent_speed_m_s=now.descent_speed_m_s,
-                lands_at_m_s=self._lands_at_m_s(stage.kind, is_here=stage.is_here),
+                lands_at_m_s=lands_at_m_s(self, stage.kind, is_here=stage.is_here),
                 datum_m=self.datum_m if lands else stage.datum_m,
-                named_ground_m=self._named_ground_m(flown) if lands else None,
+                named_ground_m=named_ground_m(self, flown) if lands else None,
                 followed_ground_m=_part_of(stage.followed_ground_m, begin, 1.0),
             )
         )
@@ -324,7 +328,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
     def _carry_out_held(self, one: HeldItem, item: MissionItem) -> None:
         self.number, self.place = one.item, item.place
         level, climb, descent = self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s
-        self.carry_out(item)
+        carry_out(self, item)
         # Of what no autopilot is known of, ArduPilot alone has conditions: it commands returns too.
         self.is_speed_late |= self.speed_m_s != level
         self.is_climb_late |= self.climb_speed_m_s != climb
@@ -334,11 +338,11 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         """Add a part of a leg, flown through at the speeds commanded until then."""
         is_return = whole.kind is StageKind.RETURN
         part = replace(
-            self._returning() if is_return else self._stage(StageKind.GO),
+            returning(self) if is_return else self.stage(StageKind.GO),
             kind=StageKind.RETURN_LEG if is_return else StageKind.GO,
             item=whole.item,
             is_underway=True,
             followed_ground_m=_part_of(whole.followed_ground_m, begin, end),
             follows_ground=whole.follows_ground,
         )
-        self._add(part)
+        self.add(part)

@@ -251,7 +251,7 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
 
     def _height_left_open_m(self, item: MissionItem) -> float:
         """Return the height of an item without altitude: from the terrain, or as it was."""
-        agl_m, ground_m = item.unresolved_agl_m, self._known_ground_m()
+        agl_m, ground_m = item.unresolved_agl_m, self.known_ground_m()
         if ground_m is None or agl_m is None:
             known = "" if agl_m is None else " (give --terrain to compute it)"
             message = f"no altitude: the previous height is kept{known}"
@@ -296,18 +296,18 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
             )
         return tuple(height.tolist())
 
-    def _home_ground_m(self) -> float:
+    def home_ground_m(self) -> float:
         """Return the height of the ground at the present home above the first. [m]"""
         if self.home_deg == self.start_deg:
             return 0.0
-        ground_m = self._known_ground_m(self.home_deg)
+        ground_m = self.known_ground_m(self.home_deg)
         return self.ground_level_m if ground_m is None else ground_m
 
     def _doubt_amsl(self, item: MissionItem, height_m: float) -> None:
         """Report an AMSL altitude that is not above home, unless the ground is known to fall."""
         if self.home_amsl_m is None or height_m > 0.0:
             return
-        ground_m = self._known_ground_m()
+        ground_m = self.known_ground_m()
         if ground_m is not None and height_m > ground_m:
             return
         below = "at home's level" if height_m == 0.0 else f"{quantity.height(-height_m)} below home"
@@ -316,7 +316,7 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
 
     def _terrain_m(self, item: MissionItem) -> float:
         """Return the ground's height above the first home at the present place."""
-        ground_m = self._known_ground_m()
+        ground_m = self.known_ground_m()
         if ground_m is not None:
             return ground_m
         altitude = quantity.height(item.altitude_m)
@@ -326,10 +326,11 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
 
     def ground_m(self) -> float:
         """Return the height of the ground at the present place; home's where it is not known. [m]"""
-        ground_m = self._known_ground_m()
+        ground_m = self.known_ground_m()
         return self.ground_level_m if ground_m is None else ground_m
 
-    def _known_ground_m(self, place_deg: tuple[float, float] | None = None) -> float | None:
+    def known_ground_m(self, place_deg: tuple[float, float] | None = None) -> float | None:
+        """Return the height of the ground there, or here; ``None`` where no grid tells. [m]"""
         if self.terrain is None or self.ground_datum_m is None:
             return None
         place_deg = place_deg or (self.latitude_deg, self.longitude_deg)

@@ -27,13 +27,8 @@ from planner.mission.route.order import FlownOrder, flown_order
 from planner.mission.route.position import counts_from_sea, ground_amsl_m, is_on_earth
 from planner.mission.route.queue import JUMPS
 from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageKind
-from planner.mission.route.walk import (
-    AS_DELIVERED,
-    ENDLESS,
-    ITEM_NOT_MODELLED,
-    LIFTS_OFF,
-    VehicleHabits,
-)
+from planner.mission.route.state import AS_DELIVERED, ITEM_NOT_MODELLED, VehicleHabits
+from planner.mission.route.walk import ENDLESS, LIFTS_OFF
 from planner.mission.storage import stored_hold_s
 from planner.values import replace
 

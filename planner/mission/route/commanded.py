@@ -1,0 +1,285 @@
+"""What DO_ items command: speeds, homes, fences, parachutes, where to look."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.geo.geodesy import distance_m
+from planner.mission.commands import (
+    PARACHUTE_OFF,
+    PARACHUTE_ON,
+    RELATIVE_FRAMES,
+    Command,
+    CommandEffect,
+    Support,
+    command_effect,
+    command_name,
+    goes_on_flying,
+    is_destination,
+    support,
+)
+from planner.mission.route.circles import EDGE_NEAR_M
+from planner.mission.route.stage import (
+    LANDED_STAGES,
+    FenceAction,
+    FenceSwitch,
+    HomePlace,
+    ParachuteSwitch,
+    StageKind,
+)
+from planner.mission.route.state import ITEM_NOT_MODELLED
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+    from planner.mission.route.state import MissionState
+
+_FENCE_ACTIONS = {int(action): action for action in FenceAction}
+
+DESCENT = 3.0
+"""First parameter of DO_CHANGE_SPEED for that of a descent."""
+ROIS_BY_MODE = (Command.NAV_ROI, Command.DO_SET_ROI)
+"""Commands of a region of interest whose first parameter is a MAV_ROI."""
+_ROI_LOCATION = 3.0
+FASTEST_M_S = 1000.0
+_DELIVERED_M_S = {"climb": 2.5, "descent": 1.5}
+"""WPNAV_SPEED_UP and WPNAV_SPEED_DN as delivered."""
+_ON_OR_OFF_THE_GROUND = frozenset({StageKind.TAKEOFF, *LANDED_STAGES})
+
+
+def change_speed(state: MissionState, item: MissionItem) -> None:
+    """Take a new speed for what follows."""
+    state.remark_gate("where PX4 passes the CONDITION_GATE that this speed counts from")
+    kind, speed = item.param1 or 0.0, item.param2
+    if speed is not None and speed > FASTEST_M_S:
+        state.refuse(item, f"a speed of {speed:g} m/s cannot be flown")
+    if state.dialect is Autopilot.PX4:
+        _change_px4_speed(state, speed)
+    elif speed is None or speed <= 0.0:
+        return
+    elif kind == 2.0:
+        state.climb_speed_m_s = _kept_m_s(state, speed, state.habits.climb_speed_m_s, "climb")
+        state.is_climb_late = state.queued > 0
+    elif kind == DESCENT:
+        state.descent_speed_m_s = _kept_m_s(state, speed, state.habits.descent_speed_m_s, "descent")
+        state.is_descent_late = state.queued > 0
+    elif kind in {0.0, 1.0}:
+        state.speed_m_s = speed
+        state.is_speed_late = state.queued > 0
+    else:
+        message = (
+            f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged, by some versions and boards of "
+            "ArduPilot flown as the level speed"
+        )
+        # 4.7 leaves the speed as it is, but for what has a sign, which boards keep otherwise.
+        is_left = state.habits.circles_by_rate is True and kind > DESCENT
+        state.remark(ITEM_NOT_MODELLED, message, severity=None if is_left else Severity.ERROR)
+
+
+def _kept_m_s(state: MissionState, speed_m_s: float, own_m_s: float, what: str) -> float:
+    """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it may not.
+
+    Notes
+    -----
+    ``AC_WPNav`` takes a parameter other than delivered for a changed one as it first flies to a place
+    (``update_wpnav``), and goes by it.  Flown by a build of 4.7: with WPNAV_SPEED_UP 100 it takes 30 %
+    longer, with 250 it is kept.  Of a lowered one, lost too, the slower counts.
+    """
+    if (
+        state.dialect is not Autopilot.ARDUPILOT
+        or _has_flown_leg(state)
+        or math.isclose(own_m_s, _DELIVERED_M_S[what])
+    ):
+        return speed_m_s
+    return _own_m_s(state, speed_m_s, own_m_s, what)
+
+
+def _own_m_s(state: MissionState, speed_m_s: float, own_m_s: float, what: str) -> float:
+    """Return the vehicle's own speed for a raised one that is lost, and tell of it."""
+    if speed_m_s <= own_m_s:
+        return speed_m_s
+    state.remark(
+        ITEM_NOT_MODELLED,
+        f"a {what} at {quantity.speed(speed_m_s)} set before the first leg: ArduPilot may not keep it; "
+        f"predicted at {quantity.speed(own_m_s)} of its parameters; set it behind the first waypoint",
+    )
+    return own_m_s
+
+
+def begin_spline(state: MissionState) -> None:
+    """Take the vehicle's own speeds for raised ones: a first leg that is a spline loses them (flown)."""
+    if state.dialect is not Autopilot.ARDUPILOT or _has_flown_leg(state):
+        return
+    own = state.habits
+    if state.climb_speed_m_s is not None:
+        state.climb_speed_m_s = _own_m_s(state, state.climb_speed_m_s, own.climb_speed_m_s, "climb")
+    if state.descent_speed_m_s is not None:
+        state.descent_speed_m_s = _own_m_s(
+            state, state.descent_speed_m_s, own.descent_speed_m_s, "descent"
+        )
+
+
+def _has_flown_leg(state: MissionState) -> bool:
+    """Return whether ArduPilot has flown to a place since it took off, by its controller for places."""
+    for number in reversed(range(len(state.stages))):
+        if state.stages[number].kind in _ON_OR_OFF_THE_GROUND:
+            return False
+        if _is_leg(state, number):
+            return True
+    return False
+
+
+def _is_leg(state: MissionState, number: int) -> bool:
+    """Return whether it flies to the place of a stage: not to a circle nearby, nor to no place."""
+    stage = state.stages[number]
+    if stage.kind is not StageKind.CIRCLE:
+        return stage.kind is not StageKind.DELAY and not (
+            stage.kind is StageKind.CHANGE_HEIGHT and stage.is_here
+        )
+    if not number or not stage.radius_m:
+        return False
+    way_m = float(distance_m(*state.places_deg[number - 1], *state.places_deg[number]))
+    rise_m = stage.height_m - state.stages[number - 1].height_m
+    return math.hypot(way_m - abs(stage.radius_m), rise_m) > EDGE_NEAR_M
+
+
+def _change_px4_speed(state: MissionState, speed_m_s: float | None) -> None:
+    """Take a speed: PX4 does not look at the type, and nothing above zero resets to its own."""
+    asked_m_s = speed_m_s if speed_m_s is not None and speed_m_s > 0.0 else None
+    is_fresh = state.sped_at == len(state.stages) and state.speed_m_s is not None
+    if asked_m_s is None and is_fresh:
+        state.remark(
+            ITEM_NOT_MODELLED,
+            "DO_CHANGE_SPEED back to PX4's own speed, right behind one to "
+            f"{quantity.speed(state.speed_m_s)}: PX4 flies the next leg at that all the same, which is "
+            "not predicted; leave out the one that does not count",
+            severity=Severity.ERROR,
+        )
+    state.speed_m_s, state.sped_at = asked_m_s, len(state.stages)
+
+
+def set_home(state: MissionState, item: MissionItem) -> None:
+    """Move the place a return leads to."""
+    _move_home(state, item)
+    state.moved_homes.append(
+        HomePlace(
+            first_stage=len(state.stages),
+            east_m=0.0,
+            north_m=0.0,
+            ground_m=state.home_ground_m(),
+            datum_m=state.datum_m,
+            item=state.number,
+        )
+    )
+    state.homes_deg.append(state.home_deg)
+
+
+def _move_home(state: MissionState, item: MissionItem) -> None:
+    if (
+        not item.names_place
+        and item.altitude_m
+        and item.param1 != 1.0
+        and state.dialect is not Autopilot.PX4
+    ):
+        height = quantity.height(item.altitude_m)
+        message = (
+            f"DO_SET_HOME at 0°, 0° and {height}: ArduPilot moves home there, or refuses it, by its "
+            "version; predicted as if it were refused"
+        )
+        state.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
+        return
+    if item.param1 == 1.0 or not state.has_place(item):
+        state.home_deg = (state.latitude_deg, state.longitude_deg)
+        state.datum_m = state.height_m
+        if state.height_m != state.ground_level_m:
+            height = quantity.height(state.height_m)
+            message = (
+                f"DO_SET_HOME: home is moved to where the vehicle flies, {height} up; the "
+                "return is predicted to end on the ground"
+            )
+            state.remark(ITEM_NOT_MODELLED, message)
+        return
+    state.home_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+    if item.altitude_m is None:
+        return
+    if item.frame in RELATIVE_FRAMES:  # of the home there has been until now
+        state.datum_m += item.altitude_m
+    else:
+        state.amsl_items.append(state.number)
+        state.datum_m = item.altitude_m - (state.home_amsl_m or 0.0)
+    state.ground_level_m = state.datum_m
+
+
+def switch_fence(state: MissionState, item: MissionItem) -> None:
+    """Switch the fence on or off, or its floor off; any other value does nothing."""
+    action = _FENCE_ACTIONS.get(int(item.param1 or 0.0))
+    if action is not None and state.dialect is not Autopilot.PX4:
+        first = len(state.stages)
+        state.fence_switches.append(
+            FenceSwitch(
+                first_stage=first, action=action, item=state.number, is_late=state.queued > 0
+            )
+        )
+
+
+def switch_parachute(state: MissionState, item: MissionItem) -> None:
+    """Switch the parachute on or off: on at once, off only where no condition may hold it back."""
+    is_on = item.param1 == PARACHUTE_ON
+    if is_on or (item.param1 == PARACHUTE_OFF and not state.conditions):
+        state.parachute_switches.append(
+            ParachuteSwitch(first_stage=len(state.stages), is_on=is_on, item=state.number)
+        )
+    pass_by(state, item)
+
+
+def look_at(state: MissionState, item: MissionItem) -> None:
+    """Turn to a region of interest from the next item on, or no more.
+
+    Notes
+    -----
+    ``Navigator::run`` takes the place of DO_SET_ROI_LOCATION alone: that of DO_SET_ROI and NAV_ROI stays
+    0°, 0°.  DO_SET_ROI_WPNEXT_OFFSET looks along the way, beside an offset that is not predicted.
+    """
+    if state.dialect is Autopilot.PX4:
+        state.looks_at_deg = None
+        if item.command == Command.DO_SET_ROI_LOCATION:
+            state.looks_at_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+        elif item.command in ROIS_BY_MODE and item.param1 == _ROI_LOCATION:
+            state.looks_at_deg = (0.0, 0.0)
+    pass_by(state, item)
+
+
+def pass_by(state: MissionState, item: MissionItem) -> None:
+    """Follow an item that is no flight of its own, or none that is predicted."""
+    wait_s = state.habits.payload_waits_s.get(item.command, 0.0) if state.in_air else 0.0
+    if wait_s > 0.0:
+        state.add(state.stage(StageKind.DELAY, hold_s=wait_s))
+    effect = command_effect(item.command)
+    if effect is CommandEffect.NO_EFFECT or item.command in {
+        Command.DO_JUMP,
+        Command.DO_JUMP_TAG,
+        Command.JUMP_TAG,
+    }:
+        return
+    name = command_name(item.command)
+    if item.command == Command.DO_AUX_FUNCTION:
+        name += f" {item.param1 or 0.0:g}"
+    if state.dialect is not None and support(item.command, state.dialect) is Support.SKIPPED:
+        assumed = f"{state.dialect.label} skips it, 0 s and 0 Wh are assumed"
+    elif is_destination(item.command) and state.has_place(item):
+        state.go_to(StageKind.GO, item)
+        assumed = "a straight flight to its place is assumed"
+    elif wait_s > 0.0:
+        assumed = f"a wait of {quantity.duration(wait_s)} is predicted, no change of mass"
+    else:
+        assumed = "0 s and 0 Wh are assumed"
+    state.remark(
+        ITEM_NOT_MODELLED,
+        f"{name} is not modelled: {assumed}",
+        severity=None
+        if goes_on_flying(item.command, item.param1, state.dialect)
+        else Severity.ERROR,
+    )
