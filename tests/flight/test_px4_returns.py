@@ -59,6 +59,23 @@ def test_each_parameter_of_the_cone_moves_the_height_10_m_from_home(
     assert found == pytest.approx(flown_m)
 
 
+@pytest.mark.parametrize(
+    ("distance_m", "highest_m"),
+    [
+        (6.9, 12.0),  # nearer than RTL_MIN_DIST less 3 m: 6.9 m in its cone, lower than it is
+        (7.1, 30.0),
+        (9.0, 30.0),  # so predicted, flown from 10.5 m in the wind: RTL_RETURN_ALT
+        (10.5, 30.0),
+    ],
+)
+def test_a_mission_s_return_about_its_least_distance_takes_the_higher_way(
+    distance_m: float, highest_m: float
+) -> None:
+    motion = fly_px4((takeoff(12.0), go(0.0, distance_m, 12.0, hold=9.0), RETURN), PX4)
+    state = motion.state_at_time(np.linspace(0.0, float(motion.segments.end_s[-1]), 2000))
+    assert state.height_m.max() == pytest.approx(highest_m, abs=0.5)
+
+
 def test_a_return_from_above_its_height_does_not_climb() -> None:
     motion = fly_px4((takeoff(50.0), go(0.0, 300.0), RETURN), PX4)
     states = [STATES[state] for state in motion.segments.state]

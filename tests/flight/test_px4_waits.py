@@ -111,22 +111,30 @@ def test_a_loiter_wider_than_the_way_to_it_changes_height_from_the_start() -> No
         (0.0, {}, 6.0 - math.sqrt(1.2)),  # half a turn: the heading at arming is not known
         (0.0, {"yaw_timeout_s": 5.0}, 0.0),
         (0.0, {"return_min_distance_m": 0.0}, 0.0),
-        (12.0, {}, 0.0),  # beyond RTL_MIN_DIST the heading of home is not asked for
+        (13.1, {}, 0.0),  # beyond RTL_MIN_DIST and 3 m the heading of home is not asked for
     ],
 )
 def test_a_return_begun_near_home_waits_for_the_heading_of_home(
     distance_m: float, change: dict[str, float], wait_s: float
 ) -> None:
-    def home_s(parameters: Px4Parameters) -> float:
-        stages = (
-            *(takeoff(), go(0.0, 200.0), go(0.0, distance_m, hold=20.0)),
-            stage(StageKind.RETURN, height_m=0.0),
-        )
-        motion = fly_px4(stages, parameters)
-        return float(motion.segments.end_s[-1] - motion.segments.end_s[motion.done_segment[2]])
-
     anyhow = replace(PX4, **{**change, "yaw_acceptance_rad": math.pi})
-    assert home_s(replace(PX4, **change)) - home_s(anyhow) == pytest.approx(wait_s, abs=0.01)
+    waited_s = home_s(distance_m, replace(PX4, **change)) - home_s(distance_m, anyhow)
+    assert waited_s == pytest.approx(wait_s, abs=0.01)
+
+
+def test_a_return_that_may_begin_within_its_least_distance_waits_as_one_that_does() -> None:
+    within = home_s(12.9, replace(PX4, return_min_distance_m=40.0))
+    assert home_s(12.9, PX4) == pytest.approx(within)
+    assert within > home_s(12.9, replace(PX4, return_min_distance_m=9.8)) + 0.5
+
+
+def home_s(distance_m: float, parameters: Px4Parameters) -> float:
+    stages = (
+        *(takeoff(), go(0.0, 200.0), go(0.0, distance_m, hold=20.0)),
+        stage(StageKind.RETURN, height_m=0.0),
+    )
+    motion = fly_px4(stages, parameters)
+    return float(motion.segments.end_s[-1] - motion.segments.end_s[motion.done_segment[2]])
 
 
 @pytest.mark.parametrize(

@@ -146,6 +146,9 @@ def left_m(
     return np.where(hold_s > 0.0, np.minimum(left, tail_m), tail_m)
 
 
+RETURN_PLACE_ERROR_M = 3.0
+"""By which a mission's return may begin nearer home or farther from it than predicted: flown 10.5 m from
+home for 9.0 m predicted, in a wind of 5 m/s; an estimate drifts from home besides. [m]"""
 SHORTEST_L1_M = 5.0
 """Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 SLOWEST_TURN_M_S = 0.2
@@ -391,13 +394,17 @@ class _Navigator:
     def straight_home(
         self, index: int, item: int, home_m: FloatArray, above_ground_m: float
     ) -> Iterator[Move]:
-        """Yield the moves of a return straight home, or to a rally point (``RtlDirect``)."""
+        """Yield the moves of a return straight home, or to a rally point (``RtlDirect``).
+
+        Where it may begin within RTL_MIN_DIST or beyond, it takes the higher way and waits for its heading.
+        """
         place = np.array([self._place_m], dtype=np.float64)
         targets, is_flown, holds_s = return_legs(
-            place, home_m[None], self.parameters, above_ground_m
+            place, home_m[None], self._return_parameters, above_ground_m
         )
         distance = horizontal(home_m - place)
-        turns_home = return_looks_home(distance, np.arange(len(holds_s)), self.parameters)
+        nearer_m = np.maximum(distance - RETURN_PLACE_ERROR_M, 0.0)
+        turns_home = return_looks_home(nearer_m, np.arange(len(holds_s)), self.parameters)
         for leg in np.flatnonzero(is_flown[0]).tolist():
             self.east_m, self.north_m, self.height_m = targets[0, leg].tolist()
             stop = self._move(index, item, hold_s=float(holds_s[leg]), is_stop=True, is_return=True)
@@ -419,7 +426,7 @@ class _Navigator:
         speed = self.parameters.cruise_speed_m_s if path.speed_m_s is None else path.speed_m_s
         self.speed_m_s = min(speed, self.parameters.speed_max_m_s)
         is_seen = False
-        height_m = return_path_height_m(np.array(self._place_m), path, self.parameters)
+        height_m = return_path_height_m(np.array(self._place_m), path, self._return_parameters)
         if height_m > self.height_m:
             self.height_m = height_m
             yield self._move(index, item, is_stop=True, is_return=True)
@@ -555,6 +562,12 @@ class _Navigator:
             yaw_rad=math.nan if yaw is None else math.radians(yaw),
             needs_heading=stage.needs_heading,
         )
+
+    @property
+    def _return_parameters(self) -> Px4Parameters:
+        """Those with which no return that may begin beyond RTL_MIN_DIST stays in the cone."""
+        nearer_m = max(self.parameters.return_min_distance_m - RETURN_PLACE_ERROR_M, 0.0)
+        return replace(self.parameters, return_min_distance_m=nearer_m)
 
     @property
     def _place_m(self) -> tuple[float, float, float]:
