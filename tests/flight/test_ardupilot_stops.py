@@ -12,6 +12,7 @@ from ardupilot_missions import DEFAULTS, fly, go, home, stage, states, takeoff, 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.findings import Severity
 from planner.flight.motion.ardupilot.legs import stopping_distance_m
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
@@ -192,6 +193,30 @@ def test_a_place_to_stay_that_names_none_is_flown_to_all_the_same() -> None:
     for here, more in ((True, 1.68), (False, 0.0)):
         motion = fly(takeoff(), go(60.0, hold=1.0), replace(stay, is_here=here))
         assert took_s(motion, 2) == pytest.approx(15.0 + more, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("jerk_m_s3", "reported"),
+    [
+        (2.38, []),
+        (2.40, [Severity.WARNING]),
+        (3.20, [Severity.WARNING]),
+        (3.25, [Severity.ERROR]),
+        (11.8, [Severity.ERROR]),
+    ],
+)
+def test_a_target_may_stand_still_on_its_way_to_what_is_here(
+    jerk_m_s3: float, reported: list[Severity]
+) -> None:
+    # 1.86 cm take 8 (0.0186 m 0.3 s/8 J)^(1/4): 1.047 s for 2.38 m/s³, 1.045 s for 2.40, 0.972 s for 3.20,
+    # 0.969 s for 3.25; A/J is 1.050, 1.042, 0.781 and 0.769 s.  Flown 0.5 s late at 2.5 m/s³, up to 1.7 s
+    # at 3, 3 to 17 s from 3.5 on, and beyond 160 s.
+    stages = takeoff(), go(60.0), replace(stage(StageKind.GO, 60.0), is_here=True), home()
+    motion = fly(*stages, parameters=ArduPilotParameters(jerk_m_s3=jerk_m_s3))
+    found = [one.severity for one in motion.findings if one.code == "T102"]
+    assert found == reported
+    there = *stages[:2], stage(StageKind.GO, 60.0), home()
+    assert fly(*there, parameters=ArduPilotParameters(jerk_m_s3=20.0)).findings == ()
 
 
 def test_a_turn_back_costs_what_was_recorded() -> None:

@@ -28,6 +28,7 @@ from planner.flight.motion.s_curve import (
     speed_ramps,
 )
 from planner.mission.route.stage import StageKind
+from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
 
@@ -451,8 +452,14 @@ def plan_legs(
         early_s=np.zeros(len(key)),
         flown_peak_m_s=_flown_peak_m_s(curves, parameters),
         slowed=slowed,
-        findings=faster_findings(
-            curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage
+        findings=(
+            *faster_findings(curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage),
+            *_standing_findings(
+                curves.duration_s - wait_s,
+                stages.item[stage],
+                is_here=~leads & (shortest == _HERE_M),
+                filter_s=lag.filter_s,
+            ),
         ),
     )
 
@@ -537,6 +544,34 @@ def faster_findings(
         f"{quantity.speed(float(speed_m_s[worst]))} is commanded (item {int(item[worst])})"
     )
     return (FASTER_THAN_COMMANDED.finding(message, item=int(item[rows[0]])),)
+
+
+_STANDS = 0.8
+"""With an A/J of 0.75 of their time legs to what is here took up to 3 s more, of 0.84 with 1.7 s. [-]"""
+
+
+def _standing_findings(
+    duration_s: FloatArray, item: IntArray, *, is_here: BoolArray, filter_s: float
+) -> tuple[Finding, ...]:
+    """Return where a target may stand still on its way to what is here, in one finding.
+
+    Notes
+    -----
+    ``advance_wp_target_along_track``: however far off the vehicle is, its filter lets A/J of the track's time
+    pass.  A leg that takes longer stands still until the vehicle is off by no more than it is fast, some
+    centimetres a second.  Flown behind a stop: 10 to 17 s, and with altitude 0 beyond 160 s.
+    """
+    rows = np.flatnonzero(is_here & (duration_s > filter_s))
+    if not len(rows):
+        return ()
+    stands = bool((_STANDS * duration_s[rows] > filter_s).any())
+    message = (
+        f"WPNAV_JERK is too high for {quantity.count(len(rows), 'item')} without a place: ArduPilot may "
+        f"{'stand still there, for 10 s or for ever' if stands else 'take 2 s longer there'}, which is not "
+        "predicted; write coordinates and altitude"
+    )
+    severity = Severity.ERROR if stands else None
+    return (ITEM_NOT_MODELLED.finding(message, severity=severity, item=int(item[rows[0]])),)
 
 
 def _flown_ways(
