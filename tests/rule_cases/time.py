@@ -153,8 +153,8 @@ CASES: Mapping[str, RuleCases] = {
             mission(takeoff(20), waypoint(100, 20), waypoint(0, 20), rtl()), PX4, heading_deg=0.0
         ),
         boundary=lambda: found(
-            # Beyond RTL_MIN_DIST, 10 m, a return does not ask for it.
-            mission(takeoff(20), waypoint(100, 20), waypoint(11, 20), rtl()),
+            # Beyond RTL_MIN_DIST, 10 m, and 3 m more a return does not ask for it.
+            mission(takeoff(20), waypoint(100, 20), waypoint(14, 20), rtl()),
             PX4,
         ),
     ),
