@@ -197,3 +197,20 @@ def test_places_above_home_and_above_terrain_in_turn_are_stopped_at(
         return time_s(fly(*make_route(made, dialect=Autopilot.ARDUPILOT).stages))
 
     assert flight_s(10, 3, 10, 3, 10) - flight_s(3, 3, 3, 3, 3) == pytest.approx(longer_s, abs=3.0)
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "flown_s"),
+    [(92, (0.0, 0.0, 0.0, 0.0), 103.5), (93, (0.0, -1.0, -1.0, -1.0), 105.1)],
+)
+@pytest.mark.parametrize("place", [16, 82])
+def test_the_place_before_what_is_over_at_once_is_stopped_at(
+    place: int, command: int, params: tuple[float, float, float, float], flown_s: float
+) -> None:
+    # Flown by ArduCopter 4.7.0-dev, behind a spline 103.6 s; flown through it would take 5 s less.
+    over = item(command, frame=2, params=params)
+    near, next_to_it, far = item(16, north(30), 25.0), item(place, north(60), 25.0), north(120)
+    made = mission(takeoff_to(25), near, next_to_it, over, item(16, far, 25.0), rtl())
+    stages = make_route(made, dialect=Autopilot.ARDUPILOT).stages
+    flown = fly_ardupilot(stages, DEFAULTS, airspeed_limit_m_s=10.24)
+    assert time_s(flown) == pytest.approx(flown_s, abs=1.5)

@@ -182,6 +182,7 @@ def delay(state: MissionState, item: MissionItem) -> None:
         state.refuse(item, f"a delay of {seconds:g} s is longer than any flight")
     in_air = state.in_air
     if seconds <= 0.0:
+        _end_at_rest(state)
         clock = [item.param2, item.param3, item.param4]
         if any(part is not None and part >= 0.0 for part in clock):
             until = ":".join("--" if p is None or p < 0.0 else f"{p:02.0f}" for p in clock)
@@ -241,7 +242,9 @@ def guided(state: MissionState, item: MissionItem) -> None:
     """Hand over to a companion computer, which decides when the mission continues."""
     if state.dialect is not Autopilot.ARDUPILOT:
         commanded.pass_by(state, item)
-    elif stored_hold_s(item.param1 or 0.0):  # below 0 it is on or off by its board
+        return
+    _end_at_rest(state)
+    if stored_hold_s(item.param1 or 0.0):  # below 0 it is on or off by its board
         state.remark(
             WAITS_FOR_EVER,
             "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
@@ -280,7 +283,17 @@ def stop_before(state: MissionState, item: MissionItem) -> None:
     if not is_destination(item.command):
         return
     before, state.is_above_terrain = state.is_above_terrain, item.frame in TERRAIN_FRAMES
-    if state.stages and before != state.is_above_terrain and state.dialect is not Autopilot.PX4:
+    if before != state.is_above_terrain and state.dialect is not Autopilot.PX4:
+        _end_at_rest(state)
+
+
+def _end_at_rest(state: MissionState) -> None:
+    """Let ArduPilot stop at the place before: ``ModeAuto::set_next_wp`` plans no next one.
+
+    Nor where what comes is over at once.  Flown, 60 m and 60 m on: 105.1 s with a NAV_DELAY of 0 s between,
+    103.5 s with NAV_GUIDED_ENABLE of 0, 99 s without.
+    """
+    if state.stages:
         state.stages[-1] = replace(state.stages[-1], is_next_unseen=True)
 
 
