@@ -40,17 +40,11 @@ WARNS, RETURNS, LANDS = "warns", "returns", "lands where it is"
 TO_LANDING = "flies to the mission's landing, or returns"
 STOPS_FLYING = {5: "cuts its motors", 7: "brakes, or lands"}
 """What ArduPilot does that ends a landing in the air."""
+BY_OWN_TRACK = {3: "returns by its own track", 4: "returns by its own track, or lands"}
+"""What it does that leads back through all of the flight (SmartRTL)."""
 _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
 """COM_FLTT_LOW_ACT (PX4, ``commander_params.c``: 0 none, 1 warning, 3 return)."""
-_ARDUPILOT_ACTIONS = {
-    0: WARNS,
-    1: LANDS,
-    2: RETURNS,
-    3: "returns by its own track",
-    4: "returns by its own track, or lands",
-    6: TO_LANDING,
-    **STOPS_FLYING,
-}
+_ARDUPILOT_ACTIONS = {0: WARNS, 1: LANDS, 2: RETURNS, **BY_OWN_TRACK, 6: TO_LANDING, **STOPS_FLYING}
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT (``AP_BattMonitor_Params.cpp``, values of Copter)."""
 
 

@@ -11,6 +11,7 @@ from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.budget import battery_temperature_c
 from planner.flight.failsafe import (
+    BY_OWN_TRACK,
     LANDS,
     PX4_BATTERY_ACTIONS,
     RETURNS,
@@ -99,6 +100,8 @@ _NO_DEVIATION = 1e-12
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
+_SAME_TRACK_M = 2.0
+"""So near to an earlier part of its track SmartRTL leaves out what is between (SRTL_ACCURACY). [m]"""
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -124,9 +127,10 @@ FAILSAFE_BEFORE_END = Rule(
     "the failsafe acts by that, it is not checked (X904).  An error where the vehicle returns or lands, "
     "information where it "
     "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
-    "place, one that climbs again and for that lands below the reserve (ArduPilot: none with FS_OPTIONS 8), "
-    "and in a return of the mission before it one that ArduPilot begins anew, its wait too, and for that "
-    "lands below the reserve.  Not checked where nothing measures the battery "
+    "place, one that climbs again and for that lands below the reserve, SmartRTL above the height of the "
+    "take-off, which leads back through all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a return "
+    "of the mission before it one that ArduPilot begins anew, its wait too, and for that lands below the "
+    "reserve.  Not checked where nothing measures the battery "
     "(BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
@@ -348,10 +352,26 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
         event.action == TO_LANDING and _has_landing(a.mission)
     ):
         return False
+    if event.action in BY_OWN_TRACK.values():
+        return _is_on_first_climb(a, points)
     targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
     east_m, north_m = targets.ground_m[0, :2]
     is_there = math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
     return is_there and not _return_short_wh(a, points)
+
+
+def _is_on_first_climb(a: Assessment, points: ReturnPoints) -> bool:
+    """Return whether a point is where the take-off led through: SmartRTL lands from there.
+
+    Notes
+    -----
+    ``AP_SmartRTL`` closes a loop where two parts of the track meet, in height too; else it leads back through
+    all of the flight.  Flown: event 40 m up in the descent over home, take-off item 10 m: back along all
+    waypoints, 816 m; take-off item as high: down on the spot.
+    """
+    first, (east_m, north_m, height_m) = a.route.stages[0], points.place_m[0]
+    is_above_home = math.hypot(east_m - first.east_m, north_m - first.north_m) < _SAME_TRACK_M
+    return first.kind is StageKind.TAKEOFF and is_above_home and height_m <= first.height_m
 
 
 def _return_short_wh(a: Assessment, points: ReturnPoints) -> float:

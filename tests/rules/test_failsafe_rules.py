@@ -310,10 +310,15 @@ def test_a_flight_that_takes_more_draws_more_from_less() -> None:
     assert drops_v[1] == pytest.approx(1.2 * drops_v[0], abs=1e-9)
 
 
-def late(lands_m: float | None = None, **values: Any) -> CheckResult:  # noqa: ANN401 - as `checked`
+def late(
+    lands_m: float | None = None,
+    *,
+    takeoff_m: float = 50.0,
+    **values: Any,  # noqa: ANN401 - as `checked`
+) -> CheckResult:
     """Return a check whose charge is low 20 mAh, some 4 s, before the landing; at home by default."""
     end = rtl() if lands_m is None else item(21, north(lands_m), 0.0)
-    flown = mission(takeoff(50), waypoint(1000, 50), end)
+    flown = mission(takeoff(takeoff_m), waypoint(1000, 50), end)
     flight_wh = checked(flown, **values).totals.energy_wh or 0.0
     left_mah = 8000.0 * (1.0 - flight_wh / LABEL.energy_wh)
     return checked(flown, BATT_CAPACITY=8000, BATT_LOW_MAH=left_mah + 20.0, **values)
@@ -330,6 +335,8 @@ def late(lands_m: float | None = None, **values: Any) -> CheckResult:  # noqa: A
         (None, 1, ""),
         (None, 3, ""),
         (1000.0, 3, "returns by its own track"),
+        (4.0, 3, "returns by its own track"),
+        (1.5, 3, ""),
         (None, 4, ""),
         (None, 5, "cuts its motors"),
         (None, 6, ""),
@@ -345,6 +352,16 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     assert [one.severity for one in found] == [Severity.ERROR] * bool(does)
     assert all(f"the vehicle itself {does} at" in one.message for one in found)
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
+
+
+@pytest.mark.parametrize("action", [3, 4])
+@pytest.mark.parametrize(("takeoff_m", "acts"), [(1.0, True), (4.0, False)])
+def test_smartrtl_leads_back_through_the_flight_from_above_its_take_off(
+    action: int, takeoff_m: float, *, acts: bool
+) -> None:
+    """4 s at 0.5 m/s are 2 m.  Flown from 40 m over home after a take-off to 10 m: 816 m, all the way."""
+    found = told(late(takeoff_m=takeoff_m, BATT_FS_LOW_ACT=action), "E103")
+    assert [one.severity for one in found] == [Severity.ERROR] * acts
 
 
 @pytest.mark.parametrize("lands_m", [None, 0.0])
