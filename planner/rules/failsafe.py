@@ -128,10 +128,10 @@ FAILSAFE_BEFORE_END = Rule(
     "information where it "
     "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
     "place, one that climbs again and for that lands below the reserve, SmartRTL above the height of the "
-    "take-off, which leads back through all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a return "
-    "of the mission before it one that ArduPilot begins anew, its wait too, and for that lands below the "
-    "reserve.  Not checked where nothing measures the battery "
-    "(BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
+    "take-off, which leads back through all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a "
+    "return of the mission before it one that ArduPilot begins anew, its wait too, and for that lands below "
+    "the reserve, or on which the next failsafe lands it before it is home.  Not checked where nothing "
+    "measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -143,7 +143,8 @@ def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding | NotEvaluated]:
     profile = profile_of(a)
-    found = list(_first_reported(a, _events(a, profile, pack, parameters)))
+    events = _events(a, profile, pack, parameters)
+    found = list(_first_reported(a, events))
     yield from found
     yield from _unwatched(a, profile, pack, parameters)
     if any(one.severity is Severity.ERROR for one in found):
@@ -151,6 +152,30 @@ def _failsafe_before_end(
     if isinstance(parameters, Px4Parameters):
         yield from _unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
+    else:
+        yield from _cut_anew(a, events, profile, pack, parameters)
+
+
+def _cut_anew(
+    a: Assessment,
+    events: list[FailsafeEvent],
+    profile: BatteryProfile,
+    pack: Battery,
+    parameters: ArduPilotParameters,
+) -> Iterator[Finding]:
+    """Yield the return of the mission that ArduPilot begins anew, and that the next failsafe ends.
+
+    Flown, RTL_CLIMB_MIN 30 m: BATT_LOW_MAH on the way home, BATT_CRT_MAH planned over home: down 27 m short.
+    """
+    for event in events:
+        kind = a.route.stages[int(a.returns.segment_stage[event.segment])].kind
+        comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
+        if kind in RETURN_STAGES and not comes_down:
+            cut = _first_on_return(a, event, profile, pack, parameters)
+            if cut:
+                found = _reported(a, event, Severity.ERROR)
+                yield replace(found, message=found.message + cut)
+                return
 
 
 def _returned_by_older_px4(

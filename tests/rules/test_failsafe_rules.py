@@ -394,6 +394,31 @@ def test_a_failsafe_on_the_last_way_home_counts_where_it_flies_another(
     assert bool(told(result, "E103")) is acts
 
 
+@pytest.mark.parametrize(
+    ("climb_m", "critical_mah", "acts"), [(30, 240.0, True), (30, 150.0, False), (0, 130.0, False)]
+)
+def test_the_next_failsafe_may_end_a_return_of_the_mission_begun_anew(
+    climb_m: float, critical_mah: float, *, acts: bool
+) -> None:
+    """Planned, the critical charge is met on the descent: flown with 30 m, down 27 m short of home.
+
+    From 80 m that takes 47 s at 302 W and 20 s at 353 W, 265 mAh (from 50 m 190 mAh); 30 m of climb once more
+    80 mAh.
+    """
+    flown = mission(takeoff(50), waypoint(1000, 50), rtl())
+    own: dict[str, Any] = {"RTL_CLIMB_MIN": 100.0 * climb_m, "BATT_CAPACITY": 8000.0}
+    base = checked(flown, **own)
+    values = own | {
+        "BATT_LOW_MAH": 8000.0 * fraction_left(base, 2) - 100.0,
+        "BATT_FS_LOW_ACT": 2.0,
+        "BATT_CRT_MAH": 8000.0 * fraction_left(base, 3) + critical_mah,
+        "BATT_FS_CRT_ACT": 1.0,
+    }
+    found = told(checked(flown, **values), "E103")
+    assert [one.severity for one in found] == [Severity.ERROR] * acts
+    assert all("and on that return lands where it is" in one.message for one in found)
+
+
 @pytest.mark.parametrize(("lands_m", "acts"), [(1000.0, True), (0.0, False)])
 def test_the_greatest_time_of_a_px4_flight_ends_a_landing_too(
     lands_m: float,
