@@ -684,6 +684,9 @@ def ring(north_m: float) -> MissionItem:
 
 UP = 2.0
 """Speed type of DO_CHANGE_SPEED for climbs."""
+PAUSE = item(93, frame=2, params=(3.0, -1.0, -1.0, -1.0))
+SPLINE = item(82, north(130), 60.0)
+HOP = (takeoff(15), waypoint(20, 15), item(21, north(20), 0.0))
 
 
 @pytest.mark.parametrize(
@@ -699,13 +702,26 @@ UP = 2.0
         ((takeoff(15), ring(0.0), speed(4.0, kind=UP), waypoint(130, 60)), 124.2, True),
         # Behind the first place it is.
         ((takeoff(15), waypoint(40, 15), speed(4.0, kind=UP), waypoint(80, 60)), 104.1, True),
+        # Carried out behind another item it comes when the leg has begun; a delay has no leg.
+        ((takeoff(15), speed(6.0), speed(4.0, kind=UP), waypoint(130, 60)), 104.8, True),
+        ((takeoff(15), photo(), speed(4.0, kind=UP), waypoint(130, 60)), 98.6, True),
+        ((takeoff(15), speed(4.0, kind=UP), speed(6.0), waypoint(130, 60)), 125.5, False),
+        ((takeoff(15), photo(), speed(4.0, kind=UP), PAUSE, waypoint(130, 60)), 128.2, False),
+        ((takeoff(15), speed(6.0), speed(4.0, kind=UP), SPLINE), 104.1, True),
+        # A take-off is flown at it, and a second flight.
+        ((speed(4.0, kind=UP), takeoff(60), waypoint(60, 60)), 93.3, False),
+        ((speed(6.0), speed(4.0, kind=UP), takeoff(60), waypoint(60, 100)), 150.3, False),
+        ((*HOP, takeoff(15), speed(4.0, kind=UP), waypoint(130, 60)), 149.0, True),
+        # A spline behind a circle, or a take-off, does not keep it either.
+        ((takeoff(15), waypoint(20, 15), speed(4.0, kind=UP), ring(60.0), SPLINE), 162.9, False),
     ],
 )
 def test_a_climb_speed_raised_before_the_first_leg_is_not_kept(
     items: tuple[MissionItem, ...], flown_s: float, *, is_kept: bool
 ) -> None:
     given_parameters = parameters_from_text(
-        b"WPNAV_SPEED_UP 100\nRTL_ALT 1500\nLAND_ALT_LOW 1000\nLAND_SPEED 50\n", source="p.param"
+        b"WPNAV_SPEED_UP 100\nRTL_ALT 1500\nLAND_ALT_LOW 1000\nLAND_SPEED 50\nMIS_OPTIONS 4\n",
+        source="p.param",
     )
     landing = item(21, None, 0.0)
     result = check(
@@ -716,7 +732,7 @@ def test_a_climb_speed_raised_before_the_first_leg_is_not_kept(
     )
     # The frame that was flown has more drag: 3 % as of all flights.
     assert result.totals.time_s == pytest.approx(flown_s, rel=0.03)
-    told = [one for one in result.findings if "before the first leg" in one.message]
+    told = [one for one in result.findings if "ArduPilot may not keep it" in one.message]
     assert bool(told) is not is_kept
 
 
@@ -737,5 +753,5 @@ def test_a_climb_speed_before_the_first_leg_is_kept_where_the_parameter_is_as_de
     habits = VehicleHabits(climb_speed_m_s=own_m_s)
     found = make_route(mission(*items), dialect=ARDUPILOT, habits=habits)
     assert found.stages[1].climb_speed_m_s == flown_m_s
-    told = [one for one in found.findings if "before the first leg" in one.message]
+    told = [one for one in found.findings if "ArduPilot may not keep it" in one.message]
     assert bool(told) is (flown_m_s < asked_m_s)

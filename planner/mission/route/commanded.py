@@ -24,7 +24,6 @@ from planner.mission.commands import (
 )
 from planner.mission.route.circles import EDGE_NEAR_M
 from planner.mission.route.stage import (
-    LANDED_STAGES,
     FenceAction,
     FenceSwitch,
     HomePlace,
@@ -47,7 +46,8 @@ _ROI_LOCATION = 3.0
 FASTEST_M_S = 1000.0
 _DELIVERED_M_S = {"climb": 2.5, "descent": 1.5}
 """WPNAV_SPEED_UP and WPNAV_SPEED_DN as delivered."""
-_ON_OR_OFF_THE_GROUND = frozenset({StageKind.TAKEOFF, *LANDED_STAGES})
+_NO_LEGS = frozenset({StageKind.TAKEOFF, StageKind.DELAY})
+_KEPT_BY_LEGS = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
 
 
 def change_speed(state: MissionState, item: MissionItem) -> None:
@@ -61,10 +61,10 @@ def change_speed(state: MissionState, item: MissionItem) -> None:
     elif speed is None or speed <= 0.0:
         return
     elif kind == 2.0:
-        state.climb_speed_m_s = _kept_m_s(state, speed, state.habits.climb_speed_m_s, "climb")
+        state.climb_speed_m_s = speed
         state.is_climb_late = state.queued > 0
     elif kind == DESCENT:
-        state.descent_speed_m_s = _kept_m_s(state, speed, state.habits.descent_speed_m_s, "descent")
+        state.descent_speed_m_s = speed
         state.is_descent_late = state.queued > 0
     elif kind in {0.0, 1.0}:
         state.speed_m_s = speed
@@ -79,66 +79,55 @@ def change_speed(state: MissionState, item: MissionItem) -> None:
         state.remark(ITEM_NOT_MODELLED, message, severity=None if is_left else Severity.ERROR)
 
 
-def _kept_m_s(state: MissionState, speed_m_s: float, own_m_s: float, what: str) -> float:
-    """Return a climb or descent speed as ArduPilot keeps it: raised before its first leg it may not.
+def begin_leg(state: MissionState, item: MissionItem) -> None:
+    """Take the vehicle's own speeds for raised ones of climbs and descents that ArduPilot does not keep.
 
     Notes
     -----
     ``AC_WPNav`` takes a parameter other than delivered for a changed one as it first flies to a place
-    (``update_wpnav``), and goes by it.  Flown by a build of 4.7: with WPNAV_SPEED_UP 100 it takes 30 %
-    longer, with 250 it is kept.  Of a lowered one, lost too, the slower counts.
+    (``update_wpnav``), and goes by it; a spline not begun from another leg goes by it always
+    (``set_spline_destination``).  All but the first of the queue come later, and are kept.  Flown by a build
+    of 4.7: with WPNAV_SPEED_UP 100 the leg takes 30 % longer, with 250 the speed is kept; a take-off is flown
+    at it in any case.  Of a lowered one, lost too, the slower counts.
     """
-    if (
-        state.dialect is not Autopilot.ARDUPILOT
-        or _has_flown_leg(state)
-        or math.isclose(own_m_s, _DELIVERED_M_S[what])
-    ):
-        return speed_m_s
-    return _own_m_s(state, speed_m_s, own_m_s, what)
-
-
-def _own_m_s(state: MissionState, speed_m_s: float, own_m_s: float, what: str) -> float:
-    """Return the vehicle's own speed for a raised one that is lost, and tell of it."""
-    if speed_m_s <= own_m_s:
-        return speed_m_s
-    state.remark(
-        ITEM_NOT_MODELLED,
-        f"a {what} at {quantity.speed(speed_m_s)} set before the first leg: ArduPilot may not keep it; "
-        f"predicted at {quantity.speed(own_m_s)} of its parameters; set it behind the first waypoint",
-    )
-    return own_m_s
-
-
-def begin_spline(state: MissionState) -> None:
-    """Take the vehicle's own speeds for raised ones: a first leg that is a spline loses them (flown)."""
-    if state.dialect is not Autopilot.ARDUPILOT or _has_flown_leg(state):
+    if state.dialect is not Autopilot.ARDUPILOT:
         return
+    is_anew = item.command == Command.NAV_SPLINE_WAYPOINT and not _follows_leg(state)
+    is_first = not any(_is_leg(state, number) for number in range(len(state.stages)))
+
+    def left_m_s(asked_m_s: float | None, own_m_s: float, what: str) -> float | None:
+        is_lost = is_anew or (is_first and not math.isclose(own_m_s, _DELIVERED_M_S[what]))
+        if asked_m_s is None or asked_m_s <= own_m_s or not is_lost:
+            return asked_m_s
+        before = "this spline" if is_anew else "the first leg"
+        state.remark(
+            ITEM_NOT_MODELLED,
+            f"a {what} at {quantity.speed(asked_m_s)} set before {before}: ArduPilot may not keep it; "
+            f"predicted at {quantity.speed(own_m_s)} of its parameters; set it behind this item",
+        )
+        return own_m_s
+
     own = state.habits
-    if state.climb_speed_m_s is not None:
-        state.climb_speed_m_s = _own_m_s(state, state.climb_speed_m_s, own.climb_speed_m_s, "climb")
-    if state.descent_speed_m_s is not None:
-        state.descent_speed_m_s = _own_m_s(
-            state, state.descent_speed_m_s, own.descent_speed_m_s, "descent"
+    if not state.is_climb_late:
+        state.climb_speed_m_s = left_m_s(state.climb_speed_m_s, own.climb_speed_m_s, "climb")
+    if not state.is_descent_late:
+        state.descent_speed_m_s = left_m_s(
+            state.descent_speed_m_s, own.descent_speed_m_s, "descent"
         )
 
 
-def _has_flown_leg(state: MissionState) -> bool:
-    """Return whether ArduPilot has flown to a place since it took off, by its controller for places."""
-    for number in reversed(range(len(state.stages))):
-        if state.stages[number].kind in _ON_OR_OFF_THE_GROUND:
-            return False
-        if _is_leg(state, number):
-            return True
-    return False
+def _follows_leg(state: MissionState) -> bool:
+    """Return whether ArduPilot's controller for places is at work: not behind turns, nor a take-off."""
+    kinds = (stage.kind for stage in reversed(state.stages))
+    return next((kind for kind in kinds if kind is not StageKind.DELAY), None) in _KEPT_BY_LEGS
 
 
 def _is_leg(state: MissionState, number: int) -> bool:
     """Return whether it flies to the place of a stage: not to a circle nearby, nor to no place."""
     stage = state.stages[number]
     if stage.kind is not StageKind.CIRCLE:
-        return stage.kind is not StageKind.DELAY and not (
-            stage.kind is StageKind.CHANGE_HEIGHT and stage.is_here
-        )
+        needs_place = stage.kind in {StageKind.CHANGE_HEIGHT, StageKind.LAND}
+        return stage.kind not in _NO_LEGS and not (needs_place and stage.is_here)
     if not number or not stage.radius_m:
         return False
     way_m = float(distance_m(*state.places_deg[number - 1], *state.places_deg[number]))

@@ -48,6 +48,7 @@ _LED_TO = (
 )
 """Towards whose place and altitude ArduPilot ends a spline; predicted is that it ends level, and towards the
 places of the first alone."""
+_UP_OR_DOWN = TAKEOFFS | LANDINGS
 _LONGEST_TANGENTS = 4.0
 """``SplineCurve`` keeps the tangents at both ends of a spline together within so many times its length."""
 _SWINGS = 4.0 / 27.0
@@ -123,8 +124,6 @@ def go(state: MissionState, item: MissionItem) -> None:
     kind = StageKind.TAKEOFF if state.has_landed else _KINDS[item.command]
     hold_s = state.hold_s(item)
     begun = (state.latitude_deg, state.longitude_deg), state.height_m
-    if kind is StageKind.SPLINE:
-        commanded.begin_spline(state)
     state.go_to(kind, item, hold_s=hold_s)
     if (
         kind is StageKind.SPLINE
@@ -381,4 +380,7 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
 
 def carry_out(state: MissionState, item: MissionItem) -> None:
     """Make of the flight what the command of an item makes of it."""
+    rises_here = item.command == Command.NAV_LOITER_TO_ALT and not item.names_place
+    if is_destination(item.command) and item.command not in _UP_OR_DOWN and not rises_here:
+        commanded.begin_leg(state, item)
     _HANDLERS.get(item.command, commanded.pass_by)(state, item)
