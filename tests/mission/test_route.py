@@ -614,6 +614,26 @@ def test_a_home_with_a_height_but_no_place_is_not_here(
     assert flown.stages[-1].north_m == pytest.approx(500.0 if is_here else 0.0, abs=1.0)
 
 
+@pytest.mark.parametrize(
+    ("first", "frame", "dialect", "acts"),
+    [
+        # ``MavlinkMissionManager::parse_mavlink_mission_item`` takes x and y of frame 2 as they are, which
+        # hold whole numbers.  Flown, 47.4° sent as 47°: home 50 km off.
+        (0.0, 2, PX4, True),
+        (1.0, 2, PX4, False),
+        (0.0, 3, PX4, False),  # refused (M105)
+        (0.0, 2, ARDUPILOT, False),  # Mission Planner and MAVProxy send it times 1e7 all the same
+    ],
+)
+def test_a_home_in_frame_2_is_sent_in_whole_degrees(
+    first: float, frame: int, dialect: Autopilot, *, acts: bool
+) -> None:
+    home = item(179, north(100), 0.0, params=(first, 0.0, 0.0, 0.0), frame=frame)
+    flown = route(takeoff(20), waypoint(50, 20), home, waypoint(80, 20), rtl(), dialect=dialect)
+    told = [one.severity for one in flown.findings if "in whole degrees" in one.message]
+    assert told == [Severity.ERROR] * acts
+
+
 def test_a_home_moved_into_the_air_does_not_lift_the_ground() -> None:
     """The landing would be some 50 m too short, on the side that runs a battery dry."""
     here = item(179, params=(1.0, 0.0, 0.0, 0.0), frame=2)

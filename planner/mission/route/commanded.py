@@ -15,6 +15,7 @@ from planner.mission.commands import (
     RELATIVE_FRAMES,
     Command,
     CommandEffect,
+    Frame,
     Support,
     command_effect,
     command_name,
@@ -180,6 +181,12 @@ def _move_home(state: MissionState, item: MissionItem) -> None:
         )
         state.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
         return
+    if state.dialect is Autopilot.PX4 and item.frame == Frame.MISSION and not item.sets_home_here:
+        message = (
+            "DO_SET_HOME in frame 2: its latitude and longitude are sent in whole degrees, and PX4 moves "
+            "home there, to another place than predicted; it takes the present place (parameter 1 of 1)"
+        )
+        state.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
     if item.param1 == 1.0 or not state.has_place(item):
         state.home_deg = (state.latitude_deg, state.longitude_deg)
         state.datum_m = state.height_m
