@@ -219,6 +219,27 @@ def test_a_target_may_stand_still_on_its_way_to_what_is_here(
     assert fly(*there, parameters=ArduPilotParameters(jerk_m_s3=20.0)).findings == ()
 
 
+def test_a_height_to_loiter_to_is_reached_within_the_radius_of_its_place() -> None:
+    # Flown by ArduCopter 4.7.0-dev: ten LOITER_TO_ALT 30 m to and fro take 8.5 s each, waypoints with a stop
+    # 11.3 s; 60 m, a turn aside and 85 m 26.7 s, and with a WP_RADIUS of 10 m 25.7 s.
+    def flown_s(*stages: Stage, radius_m: float = 2.0) -> list[float]:
+        own = ArduPilotParameters(waypoint_radius_m=radius_m)
+        motion = fly_ardupilot((takeoff(15.0), *stages), own, airspeed_limit_m_s=10.24)
+        return [took_s(motion, at) for at in range(1, len(stages) + 1)]
+
+    def loiter(east_m: float, height_m: float = 15.0) -> Stage:
+        return stage(StageKind.CHANGE_HEIGHT, 0.0, east_m, height_m)
+
+    to_and_fro = flown_s(*(loiter(30.0 * (n % 2)) for n in range(1, 11)))
+    assert to_and_fro[3:8] == pytest.approx([8.5] * 5, abs=0.3)
+    for radius_m, there_s in ((2.0, 26.7), (10.0, 25.7)):
+        aside = flown_s(loiter(60.0), go(60.0, 0.0, 15.0, hold=1.0), radius_m=radius_m)
+        assert sum(aside) - 1.0 == pytest.approx(there_s, abs=1.0)
+    # At another height by more than 5 cm it comes to rest.
+    near, off = (flown_s(loiter(60.0, up_m), loiter(0.0, up_m))[0] for up_m in (15.04, 15.06))
+    assert off - near > 1.0
+
+
 def test_a_turn_back_costs_what_was_recorded() -> None:
     # SITL, legs of 60 m to and fro at 10 m/s: 10.0 s each; of 40 m at 5 m/s: 9.52 s.
     for speed, length, recorded in ((10.0, 60.0, 10.0), (5.0, 40.0, 9.52)):

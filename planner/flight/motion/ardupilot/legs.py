@@ -357,8 +357,7 @@ def plan_legs(
     """Return the legs of stages, with their corners; legs join splines at speed."""
     lag = TrackLag.of(parameters, airspeed_limit_m_s)
     key, start, way, shortest = _flown_ways(stages, parameters, lag)
-    length = lengths(way)
-    leads = length > shortest
+    leads = (length := lengths(way)) > shortest
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS
     ends_m = np.stack((start[:, 2], start[:, 2] + way[:, 2]), axis=1)
@@ -382,8 +381,11 @@ def plan_legs(
     limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
     start_m_s, end_m_s = _speeds_of_splines(stages, splines, key, leads)
     if splines is not None:
-        joined = peak_speed_from_start_m_s(length, start_m_s, speed, limits)
-        speed = np.where((start_m_s > 0.0) | (end_m_s > 0.0), joined, speed)
+        speed = np.where(
+            (start_m_s > 0.0) | (end_m_s > 0.0),
+            peak_speed_from_start_m_s(length, start_m_s, speed, limits),
+            speed,
+        )
     under, rows = _parted(stages, stage, rows)
     if len(under):
         start_m_s[under + 1] = end_m_s[under] = _speeds_under_way(speed, length, limits, under)
@@ -397,8 +399,8 @@ def plan_legs(
     planned = speeds_along(commanded)[0] if is_changed.any() else speed
 
     # From its stopping point the vehicle moves back already.
-    moves = leads | (shortest == _COORDINATE_M) | (shortest == _HERE_M)
-    wait_s = np.where(from_rest & moves, start_delay_s(direction, parameters), 0.0)
+    waits = from_rest & (leads | (shortest == _COORDINATE_M) | (shortest == _HERE_M))
+    wait_s = np.where(waits, start_delay_s(direction, parameters), 0.0)
 
     def flown_curves(changed_s: FloatArray) -> SCurves:
         return s_curves(
@@ -441,6 +443,9 @@ def plan_legs(
     lost_s[starts] = _lost_at_starts_s(
         stages, stage, starts, curves, direction=direction, parameters=parameters, lag=lag
     )
+    cut = _cut_rows(stages, key, way)
+    half[cut], corner_speed[cut] = _cut_short(curves, cut, parameters.waypoint_radius_m)
+    wait_s[cut + 1] = 0.0  # begun in motion
     return ArduPilotLegs(
         key=key,
         start_m=start,
@@ -647,6 +652,40 @@ def _corner_rows(stages: StageColumns, key: IntArray, leads: BoolArray) -> IntAr
     onward = (stage[1:] == stage[:-1] + 1) & (slot[1:] == 0) & stages.is_passed[stage[:-1]]
     returning = (stage[1:] == stage[:-1]) & (slot[1:] == 1)
     return np.flatnonzero((onward & leads[1:]) | returning)
+
+
+_LEVEL_M = 0.05
+"""``loiter_to_alt_run`` is done so near to its height. [m]"""
+
+
+def _cut_rows(stages: StageColumns, key: IntArray, way_m: FloatArray) -> IntArray:
+    """Return the level legs to LOITER_TO_ALT that are cut short by the next.
+
+    Notes
+    -----
+    ``ModeAuto::loiter_to_alt_run`` is there as soon as the vehicle is within WP_RADIUS, still braking
+    (``reached_wp_destination_NE``).
+    """
+    stage, slot = key // SLOTS, key % SLOTS
+    is_level = is_kind(stages.kind[stage], StageKind.CHANGE_HEIGHT) & (
+        np.abs(way_m[:, 2]) < _LEVEL_M
+    )
+    onward = (stage[1:] == stage[:-1] + 1) & (slot[1:] == 0) & is_nonzero(way_m)[1:]
+    leads = is_kind(stages.kind[stage], StageKind.GO, StageKind.LOITER, StageKind.CHANGE_HEIGHT)
+    return np.flatnonzero(is_level[:-1] & onward & leads[1:])
+
+
+def _cut_short(curves: SCurves, cut: IntArray, radius_m: float) -> tuple[FloatArray, FloatArray]:
+    """Return half the time by which the next begins while legs brake within a radius, and their speed then.
+
+    No sooner than half-way through the braking. (cut,) each [s], [m s⁻¹]
+    """
+    slowing, speeding = curves.down.select(cut), curves.up.select(cut + 1)
+    most_s = np.minimum(0.5 * slowing.duration_s, speeding.duration_s)
+    within_s, _ = bisected(
+        lambda time: slowing.begun(time)[0] < radius_m, np.zeros_like(most_s), most_s, _BISECTIONS
+    )
+    return 0.5 * within_s, slowing.begun(0.5 * within_s)[1]
 
 
 def _parted(stages: StageColumns, stage: IntArray, rows: IntArray) -> tuple[IntArray, IntArray]:
