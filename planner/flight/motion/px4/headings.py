@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import horizontal, quotient
 from planner.flight.motion.px4.braking import braking_time_s, yaw_time_s
+from planner.flight.motion.px4.moves import directions
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
@@ -104,7 +105,7 @@ def _waits_s(
     landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == _TURNS_FIRST)
     if not (flown.any() or landed.any()):
         return np.zeros((1, len(asked))), np.zeros((1, len(asked)))
-    before = headings_rad(moves, legs.planned.direction, parameters.yaw_mode)[:-1]
+    before = headings_rad(moves, _looks(legs), parameters.yaw_mode)[:-1]
     about = moves.is_return & turns_about
     needed = _turn_times_s(before, moves.yaw_rad, parameters, about=about)
     left_s = _flight_times_s(legs)
@@ -148,7 +149,7 @@ def waits_unknown(moves: Moves, legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     A row for each turn that is equally likely, from the least to the greatest; and what is taken for them.
     """
     parameters = moves.parameters
-    before = headings_rad(moves, legs.planned.direction, parameters.yaw_mode)[:-1]
+    before = headings_rad(moves, _looks(legs), parameters.yaw_mode)[:-1]
     known = (np.isfinite(before) & np.isfinite(moves.yaw_rad)) | (before == moves.yaw_rad)
     begun = np.where(
         legs.planned.is_leg & ~np.isfinite(before) & (legs.planned.pause_s > 0.0),
@@ -160,6 +161,12 @@ def waits_unknown(moves: Moves, legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
         for about in (False, True)
     )
     return any_turn, taken.mean(axis=0)
+
+
+def _looks(legs: Px4Legs) -> FloatArray:
+    """Return the directions moves are flown in; of those begun beside their legs to the target. (n, 3)"""
+    way, _ = directions(legs.planned.target_m - legs.place_m)
+    return np.where(legs.weaves.is_stepped[:, None], way, legs.planned.direction)
 
 
 def _flight_times_s(legs: Px4Legs) -> FloatArray:
@@ -182,4 +189,5 @@ def _flight_times_s(legs: Px4Legs) -> FloatArray:
         + braking.steady_s
         + np.where(brakes, braking_s, 0.0)
     )
-    return np.where(legs.planned.is_leg & (limits.length_m > 0.0), total, 0.0)
+    flown = np.where(legs.planned.is_leg & (limits.length_m > 0.0), total, 0.0)
+    return np.where(legs.weaves.is_held, legs.turn_s, flown)

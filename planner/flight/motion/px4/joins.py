@@ -422,8 +422,8 @@ def ease_turns(begun: LegStarts, turns: Turns, slowed: BoolArray) -> None:
     turns.put(rows, eased)
 
 
-def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray) -> None:
-    """Let turns lead no further than the end of their leg, and no leg end before its turn.
+def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray, is_stepped: BoolArray) -> None:
+    """Let turns that are not stepped lead no further than their legs, and no leg end before its turn.
 
     A turn cut to next to nothing still takes the time to bring the vehicle across to its end, and to
     turn its velocity into the leg.
@@ -432,7 +432,7 @@ def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray) -> None:
     part, place = begun.planned, begun.place_m
     goal = dot(ends_m - place, part.direction)
     turned = dot(turns.end_m - place, part.direction)
-    flies = part.is_leg & ~part.is_takeoff
+    flies = part.is_leg & ~part.is_takeoff & ~is_stepped
     passed = np.flatnonzero(flies & (goal <= 0.0))
     turns.duration_s[passed] = 0.0
     turns.end_m[passed] = ends_m[passed] = place[passed]

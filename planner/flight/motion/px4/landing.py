@@ -301,7 +301,9 @@ def arrivals(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     limits, speed = legs.limits, legs.straights.braking.end_m_s
     moving = (limits.length_m > STILL_M)[:, None]
     place = legs.straight_m + limits.direction * limits.length_m[:, None]
-    return place, np.where(moving, limits.direction * speed[:, None], legs.velocity_m_s)
+    stepped = legs.weaves.is_stepped[:, None]
+    begun = np.where(stepped, legs.weaves.end_m_s, legs.velocity_m_s)
+    return place, np.where(moving, limits.direction * speed[:, None], begun)
 
 
 def creeps(legs: Px4Legs) -> tuple[IntArray, FloatArray]:
@@ -355,6 +357,9 @@ def ends_of_moves(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
     rows, b = creeps(legs)
     settles = (part.hold_s > 0.0) & (part.is_leg | part.is_wait)
     settles[rows] = False
+    held = legs.weaves.is_held
+    settles &= ~held
+    end[held] = legs.weaves.end_m[held]
     if len(rows):
         direction = limits.direction[rows]
         a = legs.straights.braking.near.acceleration_m_s2[rows]

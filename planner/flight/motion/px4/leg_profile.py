@@ -50,7 +50,7 @@ def add_legs(pieces: Px4Pieces, flown: Px4Legs) -> None:
 def _add_turns(pieces: Px4Pieces, move: IntArray, legs: Px4Legs) -> None:
     """Add turns, and the braking and waiting for a heading."""
     parameters = legs.parameters
-    turning = (legs.turn_s > 0.0) & ~legs.planned.is_takeoff
+    turning = (legs.turn_s > 0.0) & ~legs.planned.is_takeoff & ~legs.weaves.is_stepped
     if not turning.any():
         return
     move, legs = move[turning], legs.select(turning)
@@ -187,12 +187,39 @@ def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
         )
 
 
+def add_weaves(pieces: Px4Pieces, flown: Px4Legs) -> None:
+    """Add legs that are stepped, as cubics from one place that was kept to the next."""
+    planned = flown.planned
+    stepped = flown.weaves.is_stepped & (planned.is_leg | planned.is_wait)
+    for move in np.flatnonzero(stepped).tolist():
+        swung = flown.weaves.swung[move]
+        time_s, place, velocity = np.diff(swung.time_s), swung.place_m, swung.velocity_m_s
+        if not len(time_s):
+            continue
+        t, way = time_s[:, None], np.diff(place, axis=0)
+        first, last = velocity[:-1], velocity[1:]
+        cubics = np.stack(
+            (
+                place[:-1],
+                first,
+                (3.0 * way / t - 2.0 * first - last) / t,
+                (first + last - 2.0 * way / t) / t**2,
+            ),
+            axis=-1,
+        )
+        is_turn = swung.time_s[1:] <= swung.reached_s
+        scale = pieces.time_scale.between(horizontal(first), horizontal(last))
+        order, slot = np.where(is_turn, _TURN, _HOLD), np.where(is_turn, RAMP, HOLD)
+        pieces.add(Places(np.full(len(time_s), move), order, slot, time_s, scale), cubics)
+
+
 def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
     """Add holds: going on to brake to the target, or settling on it."""
     planned = flown.planned
     holding = (planned.hold_s > 0.0) & (planned.is_leg | planned.is_wait)
     move, half_b = creeps(flown)
     holding[move] = False
+    holding &= ~flown.weaves.is_held
     if len(move):
         braking = flown.straights.braking
         law = replace(braking.near.select(move), half_b_m_s=half_b, beyond_m=0.0 * half_b)

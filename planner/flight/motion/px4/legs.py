@@ -28,9 +28,15 @@ from planner.flight.motion.px4.landing import (
     slowing_at_ends_m_s2,
     takeoff_band_m,
 )
-from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, Moves, directions, left_m
+from planner.flight.motion.px4.moves import (
+    SHORTEST_L1_M,
+    SLOWEST_TURN_M_S,
+    Moves,
+    directions,
+    left_m,
+)
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
-from planner.flight.motion.px4.weaving import weave
+from planner.flight.motion.px4.weaving import Weaves, weave
 from planner.values import field_values, replace
 
 if TYPE_CHECKING:
@@ -140,6 +146,11 @@ class PlannedLegs(Columns, eq=False):
     """Flown from place to place: no landing, and not reached as soon as it begins."""
     is_wait: BoolArray
     """Nothing but a wait."""
+    circles: BoolArray
+    leaves_circle: BoolArray
+    """Follows one that circles; a return begins anew."""
+    is_from_ground: BoolArray
+    """Of a flight from the ground at home, not of a return."""
     takeoffs: Takeoffs
     """Of the moves that are take-offs; of no meaning for others."""
 
@@ -164,7 +175,9 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         begins = np.where(is_same[:, None], before_m, begins)
         direction, tail = _aims(moves, begins)
     is_leg = ~reached & ~moves.is_landing
-    is_wait = reached & (moves.hold_s > 0.0)
+    afar_m = np.maximum(moves.radius_m, SHORTEST_L1_M)
+    is_afar = moves.circles & (horizontal(moves.target_m - begins) > afar_m)
+    is_wait = reached & ((moves.hold_s > 0.0) | is_afar)
     final_level, final_upright = final_speeds_m_s(moves, direction)
     return PlannedLegs(
         parameters=moves.parameters,
@@ -183,6 +196,9 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         pause_s=pauses_s(moves, direction),
         is_leg=is_leg,
         is_wait=is_wait,
+        circles=moves.circles,
+        leaves_circle=np.roll(moves.circles, 1) & ~moves.is_first & ~moves.is_return,
+        is_from_ground=(moves.start_m == 0.0).all(axis=1),
         takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, moves.parameters),
     )
 
@@ -249,6 +265,8 @@ class Handed(Columns, eq=False):
     """(n, 3) [m s⁻¹]"""
     slowing_m_s2: FloatArray
     """Deceleration, zero or more. (n,) [m s⁻²]"""
+    acceleration_m_s2: FloatArray
+    """What stepping ends with; zero of others. (n, 3) [m s⁻²]"""
 
     def is_moved(self, other: Handed) -> BoolArray:
         """Return which places or velocities are others than those of the same rows. (n,)"""
@@ -264,6 +282,7 @@ class Handed(Columns, eq=False):
             place_m=np.where(follows[:, None], ends.place_m[before], start_m),
             velocity_m_s=np.where(follows[:, None], ends.velocity_m_s[before], 0.0),
             slowing_m_s2=np.where(follows, ends.slowing_m_s2[before], 0.0),
+            acceleration_m_s2=np.where(follows[:, None], ends.acceleration_m_s2[before], 0.0),
         )
 
 
@@ -283,8 +302,7 @@ class Px4Legs(LegStarts, eq=False):
 
     turn_s: FloatArray
     """Time of the turn, or of the pause with the braking before it. (n,) [s]"""
-    astray_m: FloatArray
-    """How far across their legs turns shoot that weave; 0 for others. (n,) [m]"""
+    weaves: Weaves
     straight_m: FloatArray
     """Where the straight begins. (n, 3) [m]"""
     limits: Limits
@@ -364,6 +382,7 @@ def _guessed_ends(planned: PlannedLegs) -> Handed:
         place_m=np.where(moving, planned.ends_m, planned.target_m),
         velocity_m_s=np.where(moving, planned.direction * end_speed[:, None], 0.0),
         slowing_m_s2=np.zeros_like(end_speed),
+        acceleration_m_s2=np.zeros_like(planned.target_m),
     )
 
 
@@ -375,18 +394,22 @@ def _flown(begun: LegStarts) -> Px4Legs:
     slowed = upright_m_s > 0.0
     join_turns(begun, turns, slowed)
     ease_turns(begun, turns, slowed)
-    astray_m = weave(begun, turns)
+    weaves = weave(begun, turns)
+    slowed &= ~weaves.is_stepped
     climbing = part.is_takeoff
     turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 
     ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
     ends[:, 2] = _end_heights_m(turns.end_m, ends, part)
+    rows = np.flatnonzero(weaves.is_stepped)
+    if len(rows):
+        ends[rows] = _ends_of_stepped_m(turns.end_m[rows], part.select(rows))
     rows = np.flatnonzero(slowed)
     if len(rows):
         way = (part.target_m - begun.place_m)[rows]
         level = rows[np.abs(way[:, 2]) <= horizontal(way)]
         ends[level] = _ends_straight_on_m(turns.end_m[level], ends[level], part.target_m[level])
-    cut_short(begun, turns, ends)
+    cut_short(begun, turns, ends, weaves.is_stepped)
     limits = limits_along(turns.end_m, ends, part)
     held = climbing & ~part.takeoffs.is_free
     limits.cruise_m_s[held] = part.takeoffs.speed_m_s[held]
@@ -404,7 +427,7 @@ def _flown(begun: LegStarts) -> Px4Legs:
     flown = Px4Legs(
         **field_values(begun),
         turn_s=turns.duration_s,
-        astray_m=astray_m,
+        weaves=weaves,
         straight_m=turns.end_m,
         limits=limits,
         straights=straights,
@@ -412,7 +435,13 @@ def _flown(begun: LegStarts) -> Px4Legs:
     )
     end_m, end_m_s = ends_of_moves(flown)
     slowing_m_s2 = slowing_at_ends_m_s2(flown)
-    end = Handed(place_m=end_m, velocity_m_s=end_m_s, slowing_m_s2=slowing_m_s2)
+    ends_so = weaves.is_stepped & (limits.length_m <= STILL_M)
+    end = Handed(
+        place_m=end_m,
+        velocity_m_s=end_m_s,
+        slowing_m_s2=slowing_m_s2,
+        acceleration_m_s2=np.where(ends_so[:, None], weaves.end_m_s2, 0.0),
+    )
     return replace(flown, end=end)
 
 
@@ -448,6 +477,16 @@ def _ends_straight_on_m(
     part = quotient((target_m - ends_m)[:, 2], left[:, 2])
     is_ahead = (part > 0.0) & (part < 1.0)
     return np.where(is_ahead[:, None], target_m - left * part[:, None], ends_m)
+
+
+def _ends_of_stepped_m(place_m: FloatArray, planned: PlannedLegs) -> FloatArray:
+    """Return where targets count as reached straight from places. (k, 3) [m]"""
+    left = planned.target_m - place_m
+    parts = (
+        quotient(planned.reach_m, horizontal(left), np.inf),
+        quotient(planned.parameters.altitude_acceptance_m, np.abs(left[:, 2]), np.inf),
+    )
+    return np.asarray(planned.target_m - left * np.minimum(np.minimum(*parts), 1.0)[:, None])
 
 
 def _starts(

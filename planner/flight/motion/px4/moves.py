@@ -192,10 +192,12 @@ class Move(NamedTuple):
     """Belongs to a return, which the look-ahead of the move before does not see."""
     needs_heading: bool = False
     """Waits for its heading whatever MIS_YAW_TMT is."""
+    circles: bool = False
+    """Changes its height within the radius of a LOITER_TO_ALT."""
 
 
 _AT_HOME_M = 1e-9
-_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *7 * (np.bool_,))
+_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *8 * (np.bool_,))
 
 
 class Moves(Columns, eq=False):
@@ -220,6 +222,7 @@ class Moves(Columns, eq=False):
     is_landing: BoolArray
     is_return: BoolArray
     needs_heading: BoolArray
+    circles: BoolArray
     is_first: BoolArray
     """Begins a flight of its own."""
     start_m: FloatArray
@@ -309,6 +312,7 @@ def return_moves(
         is_landing=kind == _LANDING,
         is_return=~false,
         needs_heading=false,
+        circles=false,
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
         start_yaw_rad=np.full(len(flight), np.nan),
@@ -459,13 +463,12 @@ class _Navigator:
         east, north, rise = self.east_m, self.north_m, stage.height_m - self.height_m
         self.east_m, self.north_m = stage.east_m, stage.north_m
         way = math.hypot(stage.east_m - east, stage.north_m - north)
-        level = self._go(index, stage, is_stop=True, hold_s=0.0)
-        # There already, it turns while it changes its height.
-        yaw_rad = level.yaw_rad if way > 0.0 else math.nan
-        yield level._replace(reach_m=reach, yaw_rad=yaw_rad)
+        if way > reach:
+            level = self._go(index, stage, is_stop=True, hold_s=0.0)
+            yield level._replace(reach_m=reach)
         self.height_m = stage.height_m
         changing = self._go(index, stage, is_stop=True, hold_s=0.0)
-        yield changing._replace(reach_m=reach, goes_on=True)
+        yield changing._replace(reach_m=reach, goes_on=way > reach, circles=True)
         # A return from there begins where the vehicle is by then.
         left = min(way, reach) * min(
             self.parameters.altitude_acceptance_m / (abs(rise) or 1e-9), 1.0
@@ -475,7 +478,7 @@ class _Navigator:
             self.east_m += (east - stage.east_m) * left / way
             self.north_m += (north - stage.north_m) * left / way
 
-        if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, level.speed_m_s):
+        if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, changing.speed_m_s):
             left = math.copysign(radius, stage.radius_m)
             self._circle = (stage.east_m, stage.north_m, left)
 

@@ -25,7 +25,7 @@ from planner.flight.motion.px4.landing import (
     add_landings,
     add_takeoffs,
 )
-from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
+from planner.flight.motion.px4.leg_profile import add_holds, add_legs, add_weaves, steep_moves
 from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs
 from planner.flight.motion.px4.lift_off import lift_off
 from planner.flight.motion.px4.moves import (
@@ -171,7 +171,7 @@ class Px4Pilot(Value):
         motion, legs = self._motion(moves, len(stages))
         any_turn_s, taken_s = waits_unknown(moves, legs)
         assumed = _assumed_headings(moves, any_turn_s, taken_s)
-        weaving = weave_findings(moves.item, legs.astray_m, legs.turn_s)
+        weaving = weave_findings(moves.item, legs.weaves, legs.turn_s)
         found = (*gap_findings(stages, self.parameters), *assumed, *weaving)
         motion = replace(motion, findings=motion.findings + found)
         turned = np.flatnonzero(taken_s)
@@ -279,6 +279,7 @@ def _pieces(moves: Moves, legs: Px4Legs, time_scale: TimeScale, *, lands: BoolAr
     pieces = Px4Pieces(time_scale)
     add_takeoffs(pieces, legs)
     add_legs(pieces, legs)
+    add_weaves(pieces, legs)
     add_holds(pieces, legs)
     add_landings(pieces, legs, lands=lands, is_return=moves.is_return)
     return pieces
