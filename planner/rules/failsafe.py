@@ -360,7 +360,7 @@ def _begins_anew_short(a: Assessment, event: FailsafeEvent) -> bool:
 
     ArduPilot climbs and waits over home once more (``ModeRTL::init``; flown), PX4 goes on.
     """
-    return is_of_ardupilot(a.own_parameters) and _return_short_wh(a, _points(a, event)) > 0.0
+    return is_of_ardupilot(a.own_parameters) and return_short_wh(a, _points(a, event)) > 0.0
 
 
 def _points(a: Assessment, event: FailsafeEvent) -> ReturnPoints:
@@ -378,28 +378,28 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     ):
         return False
     if event.action in BY_OWN_TRACK.values():
-        return _is_on_first_climb(a, points)
+        return closes_its_track(a, points.place_m[0])
     targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
     east_m, north_m = targets.ground_m[0, :2]
     is_there = math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
-    return is_there and not _return_short_wh(a, points)
+    return is_there and not return_short_wh(a, points)
 
 
-def _is_on_first_climb(a: Assessment, points: ReturnPoints) -> bool:
-    """Return whether a point is where the take-off led through: SmartRTL lands from there.
+def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:
+    """Return whether SmartRTL lands at a place: where the take-off led through.
 
     Notes
     -----
     ``AP_SmartRTL`` closes a loop where two parts of the track meet, in height too; else it leads back through
-    all of the flight.  Flown: event 40 m up in the descent over home, take-off item 10 m: back along all
-    waypoints, 816 m; take-off item as high: down on the spot.
+    all of the flight, to where it was armed.  Flown: event 40 m up in the descent over home, take-off item
+    10 m: back along all waypoints, 816 m; take-off item as high: down on the spot.
     """
-    first, (east_m, north_m, height_m) = a.route.stages[0], points.place_m[0]
+    first, (east_m, north_m, height_m) = a.route.stages[0], place_m
     is_above_home = math.hypot(east_m - first.east_m, north_m - first.north_m) < _SAME_TRACK_M
-    return first.kind is StageKind.TAKEOFF and is_above_home and height_m <= first.height_m
+    return first.kind is StageKind.TAKEOFF and is_above_home and bool(height_m <= first.height_m)
 
 
-def _return_short_wh(a: Assessment, points: ReturnPoints) -> float:
+def return_short_wh(a: Assessment, points: ReturnPoints) -> float:
     """Return how far a return from a point lands below the reserve, and below the flight as planned. [Wh]
 
     A return begun just above the ground may climb as high as any: ``ModeRTL::compute_return_target`` with
@@ -420,7 +420,7 @@ def _has_landing(mission: Mission) -> bool:
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
     [point] = a.returns.flight_points([(event.segment, event.fraction)])
-    short_wh = _return_short_wh(a, _points(a, event)) if event.action == RETURNS else 0.0
+    short_wh = return_short_wh(a, _points(a, event)) if event.action == RETURNS else 0.0
     short = f"; that return ends {quantity.energy(short_wh)} below the reserve" if short_wh else ""
     return a.finding(
         FAILSAFE_BEFORE_END,

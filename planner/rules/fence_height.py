@@ -14,6 +14,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, FENCE, NotEvaluated, judges
+from planner.rules.failsafe import closes_its_track, return_short_wh
 from planner.rules.fence_settings import limits_in_use
 from planner.values import Value
 
@@ -41,10 +42,16 @@ _LANDS_ALL_THE_SAME = frozenset({0, 2})
 """Values of FENCE_ACTION: report only, and land."""
 _RETURNS = frozenset({1, 3, 5})
 """And return by RTL or SmartRTL, or land where it cannot: at home it lands then."""
+_BY_OWN_TRACK = frozenset({3, 5})
+"""By SmartRTL."""
 _LEAST_SLOPE = 0.5
 """RTL_CONE_SLOPE from which on a return near home does not climb."""
 _AT_HOME_M = 5.0
-"""A landing so near to home is one at home to a return: it does not climb. [m]"""
+"""A landing so near to home is one at home to a return. [m]"""
+_LATER_S = 3.0
+"""A return begun anew that is no later than so goes without saying. [s]"""
+_HEIGHTS = 201
+"""At how many heights of a landing it is looked for where the floor is. [-]"""
 _HOME_FRAMES = frozenset({1.0, 2.0})
 """FENCE_ALT_MAX_TP and FENCE_ALT_MIN_TP of heights above home, and above the origin, which is there."""
 
@@ -57,16 +64,17 @@ FENCE_HEIGHT = Rule(
     how="The highest place of the flight above the home that counts then, along the whole path (splines "
     "swing over their items), and the height returns climb to, against GF_MAX_VER_DIST (PX4) or "
     "FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; legs that follow terrain are as high as that is between its "
-    "posts, as in A102; its returns stay below it, but over the hills of --terrain "
-    "where RTL_ALT_TYPE has them follow it, or where DO_FENCE_ENABLE 1 stands behind another DO_ item right "
-    "before the return); the lowest place between "
-    "take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground and landings where "
-    "DO_FENCE_ENABLE 1 has switched the floor on, which ArduPilot then leaves on (FENCE_ACTION 0 and 2 land, "
-    "those that return land at home, with RTL_CONE_SLOPE), or returns of the vehicle's own meanwhile.  An "
-    "error from 0.5 m below a ceiling on, the vertical accuracy that makers state, a warning from 2 m on, "
-    "the default of ArduPilot's FENCE_MARGIN: PX4 was recorded up to 1.6 m above commanded heights.  Not "
-    "checked (X904) where FENCE_ALT_MAX_TP or FENCE_ALT_MIN_TP has a limit that is used count from sea "
-    "level (0) or the ground (3).",
+    "posts, as in A102; its returns stay below it, but over the hills of --terrain where RTL_ALT_TYPE has "
+    "them follow it, or where DO_FENCE_ENABLE 1 stands behind another DO_ item right before the return); the "
+    "lowest place between take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground "
+    "and landings where DO_FENCE_ENABLE 1 has switched the floor on, which ArduPilot then leaves on "
+    "(FENCE_ACTION 0 and 2 land, those that return land at home, with RTL_CONE_SLOPE, but by a return begun "
+    "anew: a warning of its time, an error where it ends below the reserve, or is SmartRTL above the height "
+    "of the take-off or beside it, back through all of the flight), or returns of the vehicle's own "
+    "meanwhile.  An error from 0.5 m below a ceiling on, the vertical accuracy that makers state, a warning "
+    "from 2 m on, the default of ArduPilot's FENCE_MARGIN: PX4 was recorded up to 1.6 m above commanded "
+    "heights.  Not checked (X904) where FENCE_ALT_MAX_TP or FENCE_ALT_MIN_TP has a limit that is used count "
+    "from sea level (0) or the ground (3).",
     fix="fly lower, or raise the limit",
     instead="a mission within the heights of the fence",
 )
@@ -149,19 +157,39 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
             height_m += parameters.return_final_altitude_m
         from_home_m = math.dist((stage.east_m, stage.north_m), places.home_ground_m[home, :2])
         is_home = stage.kind is StageKind.RETURN or from_home_m < _AT_HOME_M
-        lands = is_home and action in _RETURNS and not climbs
-        if not by_mission[row] or height_m > floor_m or lands:
+        if not by_mission[row] or height_m > floor_m:
             continue
+        severity, ending = Severity.ERROR, ""
+        if is_home and action in _RETURNS and not climbs:
+            level_m = floor_m + float(places.home_datum_m[home])
+            begun_anew = _begun_anew(a, row, level_m, by_own_track=action in _BY_OWN_TRACK)
+            if begun_anew is None:
+                continue
+            severity, ending = begun_anew
         is_told = True
         yield a.finding(
             FENCE_HEIGHT,
-            f"lands {quantity.height(height_m)} above home, {does}",
+            f"lands {quantity.height(height_m)} above home, {does}{ending}",
             item=stage.item,
+            severity=severity,
             fix="switch the floor off before the landing: DO_FENCE_ENABLE 2",
         )
-    if is_told or (action in _RETURNS and not climbs):
-        return
-    # Where the vehicle returns by itself meanwhile nothing switches the floor off.
+    returns_anew = action in _RETURNS and not climbs
+    if action in _BY_OWN_TRACK:
+        returns_anew &= closes_its_track(a, np.array((0.0, 0.0, floor_m)))
+    if not is_told and not returns_anew:
+        yield from _own_returns_below(a, parameters, floor_m, does)
+
+
+def _own_returns_below(
+    a: Assessment, parameters: ArduPilotParameters, floor_m: float, does: str
+) -> Iterator[Finding]:
+    """Yield the first stage on which a return of the vehicle's own ends below the floor.
+
+    Nothing switches the floor off meanwhile.
+    """
+    by_mission = fence_schedule(a.route, parameters).floor_by_mission
+    places = a.returns.destinations
     for row in np.flatnonzero(by_mission).tolist():
         stage, home = a.route.stages[row], int(places.home_of(np.array([row]))[0])
         ends_m = float(places.home_ground_m[home, 2] - places.home_datum_m[home])
@@ -175,6 +203,36 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
                 fix="set FENCE_ACTION 1, which lands at home all the same, or leave the floor off",
             )
             return
+
+
+def _begun_anew(
+    a: Assessment, row: int, level_m: float, *, by_own_track: bool
+) -> tuple[Severity, str] | None:
+    """Return what a return brings that a floor begins anew in a landing at home; ``None``: next to nothing.
+
+    ``ModeRTL::init`` stops, climbs by its cone, and waits over home once more.  Flown with a floor of 5 m:
+    9 s later, with RTL_LOIT_TIME 60 s 64 s.
+    """
+    returns, motion = a.returns, a.flight.motion
+    [*_, last] = segments = np.flatnonzero(returns.segment_stage == row).tolist()
+    lands_s = float(motion.segments.end_s[last])
+    time_s = np.linspace(float(returns.start_s[segments[0]]), lands_s, _HEIGHTS)
+    above = time_s[motion.state_at_time(time_s).height_m > level_m]
+    points = returns.points(*returns.at(above[-1:] if len(above) else time_s[:1]))
+    if by_own_track:
+        is_closed = closes_its_track(a, points.place_m[0])
+        return (
+            None if is_closed else (Severity.ERROR, ", by its own track, through all of the flight")
+        )
+    short_wh = return_short_wh(a, points)
+    if short_wh > 0.0:
+        return (
+            Severity.ERROR,
+            f": the return begun anew ends {quantity.energy(short_wh)} below the reserve",
+        )
+    later_s = float((points.time_s + returns.flown(points).time_s)[0]) - lands_s
+    later = f": it lands {quantity.duration(later_s)} later than predicted"
+    return (Severity.WARNING, later) if later_s > _LATER_S else None
 
 
 @judges(FENCE_HEIGHT, needs=(ARDUPILOT,))

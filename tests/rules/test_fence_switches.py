@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -57,18 +58,21 @@ AWAY, AT_HOME = LANDS, at(0, 4, 0.0, command=21)
 
 
 @pytest.mark.parametrize(
-    ("action", "switches", "last", "is_ended"),
+    ("action", "switches", "last", "severity"),
     [
-        (4, (ON,), rtl(), True),
-        (4, (ON,), AWAY, True),
-        (4, (), rtl(), False),
-        (4, (ON, FLOOR_OFF), rtl(), False),
-        (4, (ON, OFF), AWAY, False),
-        (1, (ON,), AWAY, True),
-        (1, (ON,), rtl(), False),
-        (1, (ON,), AT_HOME, False),
-        (2, (ON,), AWAY, False),
-        (0, (ON,), AWAY, False),
+        (4, (ON,), rtl(), Severity.ERROR),
+        (4, (ON,), AWAY, Severity.ERROR),
+        (4, (), rtl(), None),
+        (4, (ON, FLOOR_OFF), rtl(), None),
+        (4, (ON, OFF), AWAY, None),
+        (1, (ON,), AWAY, Severity.ERROR),
+        (1, (ON,), rtl(), Severity.WARNING),
+        (1, (ON,), AT_HOME, Severity.WARNING),
+        (3, (ON,), rtl(), None),  # the take-off led through: down on the spot
+        (3, (ON,), AT_HOME, Severity.ERROR),  # 4 m beside: back through all of the flight
+        (5, (ON,), AT_HOME, Severity.ERROR),
+        (2, (ON,), AWAY, None),
+        (0, (ON,), AWAY, None),
     ],
 )
 @pytest.mark.parametrize("enabled", [0, 1])
@@ -77,16 +81,44 @@ def test_a_floor_that_the_mission_switches_on_ends_landings_below_it(
     action: int,
     switches: tuple[MissionItem, ...],
     last: MissionItem,
-    *,
-    is_ended: bool,
+    severity: Severity | None,
 ) -> None:
     floor = f"FENCE_ENABLE,{enabled}\nFENCE_TYPE,8\nFENCE_ALT_MIN,3\nFENCE_ACTION,{action}\n"
     legs = (takeoff(20), at(0, 30), *switches, at(0, 60), last)
-    told = ARDUPILOT(legs, parameters=floor)
-    assert ("F110" in told) == is_ended
-    if is_ended:
-        assert told["F110"].item == len(legs)
-        assert told["F110"].severity is Severity.ERROR
+    told = ARDUPILOT(legs, parameters=floor).get("F110")
+    assert (told and told.severity) == severity
+    assert told is None or told.item == len(legs)
+
+
+@pytest.mark.parametrize(
+    ("settings", "last", "later_s"),
+    [  # flown: 113.1 s for 103.8 s, 223.1 for 158.8, 127.0 for 98.6, 162.4 for 98.5
+        ("", rtl(), 9.3),
+        ("RTL_LOIT_TIME,60000\n", rtl(), 64.3),
+        ("", AT_HOME, 28.4),
+        ("RTL_CONE_SLOPE,10\nRTL_ALT,4500\n", at(0, 4.5, 0.0, command=21), 63.9),
+    ],
+)
+def test_a_floor_has_a_return_begun_anew_as_late_as_flown(
+    settings: str, last: MissionItem, later_s: float
+) -> None:
+    """Within 4 s: the last seconds on the ground, and the stop, are counted differently."""
+    floor = "FENCE_TYPE,9\nFENCE_ALT_MIN,5\nFENCE_ACTION,1\n" + settings
+    message = ARDUPILOT((takeoff(15), ON, at(0, 90, 15.0), last), parameters=floor)["F110"].message
+    [(minutes, seconds)] = re.findall(
+        r" lands (?:(\d+) min )?([\d.]+) s later than predicted$", message
+    )
+    assert 60.0 * float(minutes or 0) + float(seconds) == pytest.approx(later_s, abs=4.0)
+
+
+@pytest.mark.parametrize(("takeoff_m", "is_told"), [(2.0, True), (4.0, False)])
+def test_smartrtl_begun_by_a_floor_above_the_take_off_flies_all_of_it_back(
+    takeoff_m: float, *, is_told: bool
+) -> None:
+    floor = "FENCE_TYPE,8\nFENCE_ALT_MIN,3\nFENCE_ACTION,3\n"
+    legs = (takeoff(takeoff_m), at(0, 30), ON, at(0, 60), rtl())
+    told = ARDUPILOT(legs, parameters=floor).get("F110")
+    assert (told is not None and "by its own track" in told.message) == is_told
 
 
 def test_a_floor_below_the_ground_ends_no_landing() -> None:
@@ -135,7 +167,7 @@ def test_a_return_that_a_floor_begins_anew_climbs_again_without_a_cone(
     floor = "FENCE_TYPE,8\nFENCE_ALT_MIN,5\nFENCE_ACTION,1\n"
     floor += f"RTL_CONE_SLOPE,{slope}\nRTL_ALT,{return_cm}\nRTL_CLIMB_MIN,0\n"
     told = ARDUPILOT((takeoff(20), ON, at(0, 60), rtl()), parameters=floor)
-    assert ("F110" in told) == is_ended
+    assert (told["F110"].severity is Severity.ERROR) == is_ended
 
 
 # Half a turn at 60 °/s lets it off 3 s into a leg at 10 m/s, 30 m of 130 m to the circle; at 5 °/s after
