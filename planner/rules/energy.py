@@ -319,6 +319,11 @@ def deviations_beyond(chance: float) -> float:
     return NormalDist().inv_cdf(1.0 - min(max(chance, LEAST_RISK), 1.0 - LEAST_RISK))
 
 
+def chance_beyond(sds: float) -> float:
+    """Return which part of flights is so many standard deviations above the mean, as above."""
+    return 0.5 * math.erfc(sds / math.sqrt(2.0))
+
+
 def _chance_short(
     a: Assessment, margin: Margin, budget: BatteryBudget, *, beyond_wh: float = 0.0
 ) -> float:
@@ -330,7 +335,7 @@ def _chance_short(
     error_wh = math.hypot(ASSUMED_ERROR * taken_wh, sd_of(a.setup.charge) * budget.capacity_wh)
     if error_wh <= 0.0:
         return 0.0
-    return 0.5 * math.erfc((margin.left_wh + beyond_wh) / error_wh / math.sqrt(2.0))
+    return chance_beyond((margin.left_wh + beyond_wh) / error_wh)
 
 
 AIR_UNKNOWN = Rule(

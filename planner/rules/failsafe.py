@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,15 +51,15 @@ from planner.rules.battery_arming import (
 from planner.rules.declaration import ARDUPILOT, PACK, PARAMETERS, PX4, NotEvaluated, judges
 from planner.rules.energy import (
     ASSUMED_ERROR,
-    LEAST_RISK,
     MOST_CHANCE_EMPTY,
+    chance_beyond,
     deviations_beyond,
     place_along,
 )
 from planner.rules.lateness import late_returns_of
-from planner.units import wh_from_j
+from planner.units import j_from_wh, wh_from_j
 from planner.values import replace
-from planner.vehicle.pack import high_resistance_ohm
+from planner.vehicle.pack import high_resistance_ohm, rest_curve
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 
@@ -100,6 +101,8 @@ _NO_DEVIATION = 1e-12
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
+_FLIGHTS = 12
+"""Flights looked at between the one of a hundred that takes most and the predicted one."""
 _SAME_TRACK_M = 2.0
 """So near to an earlier part of its track SmartRTL leaves out what is between (SRTL_ACCURACY). [m]"""
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
@@ -163,19 +166,21 @@ def _cut_anew(
     pack: Battery,
     parameters: ArduPilotParameters,
 ) -> Iterator[Finding]:
-    """Yield the return of the mission that ArduPilot begins anew, and that the next failsafe ends.
+    """Yield the return that ArduPilot begins anew at the end of a mission, and that the next failsafe ends.
 
     Flown, RTL_CLIMB_MIN 30 m: BATT_LOW_MAH on the way home, BATT_CRT_MAH planned over home: down 27 m short.
+    In a landing at home only what cuts the motors ends it: flown with RTL_CONE_SLOPE 0, 60 m up.
     """
     for event in events:
         kind = a.route.stages[int(a.returns.segment_stage[event.segment])].kind
         comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
-        if kind in RETURN_STAGES and not comes_down:
-            cut = _first_on_return(a, event, profile, pack, parameters)
-            if cut:
-                found = _reported(a, event, Severity.ERROR)
-                yield replace(found, message=found.message + cut)
-                return
+        if kind not in _ENDS or (comes_down and _lands_on(a)):
+            continue
+        cut = _first_on_return(a, event, profile, pack, parameters)
+        if cut is not None and (not comes_down or cut.action in STOPS_FLYING.values()):
+            found = _reported(a, event, Severity.ERROR)
+            yield replace(found, message=found.message + _on_that_return(cut))
+            return
 
 
 def _returned_by_older_px4(
@@ -349,10 +354,12 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     if returns and not comes_down:
         return kind in RETURN_STAGES and not _begins_anew_short(a, event)
     return comes_down and (
-        event.action == LANDS
-        or bool(int(numbers(a).get("FS_OPTIONS", 0.0)) & _LANDS_ON)
-        or _ends_there(a, event, a.route.stages[last])
+        event.action == LANDS or _lands_on(a) or _ends_there(a, event, a.route.stages[last])
     )
+
+
+def _lands_on(a: Assessment) -> bool:
+    return bool(int(numbers(a).get("FS_OPTIONS", 0.0)) & _LANDS_ON)
 
 
 def _begins_anew_short(a: Assessment, event: FailsafeEvent) -> bool:
@@ -437,11 +444,13 @@ FAILSAFE_AT_RISK = Rule(
     why="A failsafe that lands in the field acts by what a flight takes, not by what was predicted: one just "
     "beyond the prediction ends nearly half of all flights.",
     how="E103 in the flight of a hundred that takes most, by the model's [spread] (the upper end of its "
-    "interval), or standard deviations of 5 % of the energy, and by the charge as given: an error where it "
-    "lands where it is or stops its motors there, or on the return that it begins.  A warning where the "
-    "vehicle returns in more flights than --risk allows.  COM_FLT_TIME_MAX likewise in the flight that takes "
-    "longest, by the interval of its time, or standard deviations of 5 %.  And in the flight that takes all, "
-    "and lasts as long, as the model may leave uncounted of wind, air and airspeed (E105, E108).",
+    "interval), or standard deviations of 5 % of the energy, and by the charge as given, and in flights "
+    "between that and the predicted one: an error where it lands where it is or stops its motors there, or "
+    "on the return that it begins, or where SmartRTL has a longer track back than the charge lasts.  A "
+    "warning where the vehicle returns in more flights than --risk allows.  COM_FLT_TIME_MAX likewise in the "
+    "flight that takes longest, by the interval of its time, or standard deviations of 5 %.  And in the "
+    "flight that takes all, and lasts as long, as the model may leave uncounted of wind, air and airspeed "
+    "(E105, E108).",
     fix="leave more in the battery: a shorter mission, or a larger or fuller battery",
     instead="--battery or --charge, or the parameters of --params",
 )
@@ -454,38 +463,48 @@ def _failsafe_at_risk(
     predicted = profile_of(a)
     if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
         return  # E103
-    uncounted = tuple(_uncounted_flight(a, pack))
-    for chance, counts in (
-        (MOST_CHANCE_EMPTY, Severity.ERROR),
-        (max(a.setup.risk, LEAST_RISK), Severity.WARNING),
-    ):
-        so_many = f"as {quantity.percent(chance)} of flights do"
-        worse = _worse_flights(a, pack, parameters, deviations_beyond(chance))
-        flights = [(*one, so_many) for one in worse]
-        for profile, longer, words, why in (*uncounted, *flights):
-            event = _first_acting(_in_time(a, _events(a, profile, pack, parameters, longer=longer)))
-            if event is None:
-                continue
-            cut = _first_on_return(a, event, profile, pack, parameters)
-            ends = event.action in _ENDS_FLYING or cut
-            severity = Severity.ERROR if ends else Severity.WARNING
-            if severity >= counts:
-                found = _reported(a, event, severity)
-                yield a.finding(
-                    FAILSAFE_AT_RISK,
-                    f"{found.message}{cut}; in a flight that {words}, {why}",
-                    severity=found.severity,
-                    item=found.item,
-                )
-                return
+    # Of flights that take more, those that take less of it may come home from farther off.
+    most = deviations_beyond(MOST_CHANCE_EMPTY)
+    for part in np.linspace(1.0, 0.0, _FLIGHTS, endpoint=False).tolist():
+        found = list(_acting_in(a, pack, parameters, part * most, part=part))
+        if not found:
+            break
+        errors = [one for one in found if one.severity is Severity.ERROR]
+        if errors:
+            yield errors[0]
+            return
+    yield from islice(_acting_in(a, pack, parameters, deviations_beyond(a.setup.risk)), 1)
+
+
+def _acting_in(
+    a: Assessment, pack: Battery, parameters: FlightParameters, sds: float, *, part: float = 1.0
+) -> Iterator[Finding]:
+    """Yield what acts in flights so many deviations off, and with a part of what is not counted. [-]"""
+    so_many = f"as {quantity.percent(chance_beyond(sds))} of flights do"
+    worse = _worse_flights(a, pack, parameters, sds)
+    flights = [(*one, so_many) for one in worse]
+    for profile, longer, words, why in (*_uncounted_flight(a, pack, part), *flights):
+        events = _events(a, profile, pack, parameters, longer=longer)
+        event = _first_acting(_in_time(a, events))
+        if event is None:
+            continue
+        cut = _ends_of_return(a, event, profile, pack, parameters)
+        ends = event.action in _ENDS_FLYING or cut
+        found = _reported(a, event, Severity.ERROR if ends else Severity.WARNING)
+        yield a.finding(
+            FAILSAFE_AT_RISK,
+            f"{found.message}{cut}; in a flight that {words}, {why}",
+            severity=found.severity,
+            item=found.item,
+        )
 
 
 def _uncounted_flight(
-    a: Assessment, pack: Battery
+    a: Assessment, pack: Battery, part: float = 1.0
 ) -> Iterator[tuple[BatteryProfile, float, str, str]]:
-    """Yield the flight that takes all that its model does not count, as `_worse_flights`, and why it may."""
-    more_wh, flown_wh = a.uncounted.flown_wh, a.totals.energy_wh
-    late_s = np.cumsum(a.uncounted.late_s)
+    """Yield the flight that takes a part of what its model does not count, as `_worse_flights`, and why."""
+    more_wh, flown_wh = part * a.uncounted.flown_wh, a.totals.energy_wh
+    late_s = part * np.cumsum(a.uncounted.late_s)
     if not flown_wh > 0.0 or not math.isfinite(more_wh) or not (more_wh or late_s[-1]):
         return
     more = more_wh / flown_wh
@@ -539,47 +558,82 @@ def _error(mean: float, upper: float | None) -> float:
     return ASSUMED_ERROR if upper is None else (upper / mean - 1.0) / _SDS_BELOW_UPPER
 
 
-def _first_on_return(
+def _ends_of_return(
     a: Assessment,
     event: FailsafeEvent,
     profile: BatteryProfile,
     pack: Battery,
     parameters: FlightParameters,
 ) -> str:
-    """Return what ends the return that a failsafe begins before it comes down, in words; empty: nothing."""
+    """Return what ends the return that a failsafe begins, in words; empty: nothing."""
+    if event.action in BY_OWN_TRACK.values():
+        before, after = profile.fraction[event.segment : event.segment + 2]
+        left = float(before + event.fraction * (after - before))
+        back = float(profile.fraction[0]) - left
+        return f", and its track back takes {quantity.percent(back)}" if back > left else ""
+    cut = _first_on_return(a, event, profile, pack, parameters)
+    return "" if cut is None else _on_that_return(cut)
+
+
+def _on_that_return(cut: FailsafeEvent) -> str:
+    return f", and on that return {cut.action}: {cut.reading}"
+
+
+def _first_on_return(
+    a: Assessment,
+    event: FailsafeEvent,
+    profile: BatteryProfile,
+    pack: Battery,
+    parameters: FlightParameters,
+) -> FailsafeEvent | None:
+    """Return what ends the return that a failsafe begins before it comes down; ``None``: nothing."""
     if event.action != RETURNS or not a.totals.energy_wh:
-        return ""
+        return None
     flown = a.returns.flown(_points(a, event))
     down = [state in _GOES_DOWN for state in range(flown.state_energy_j.shape[1])]
     late = late_returns_of(a, flown)
-    flies = ~np.isin(flown.flight.motion.segments.state, _GOES_DOWN)
-    late_wh = a.hovered_wh(float(late.climbs_s[flies].sum() + late.ways_s[0]))
+    segments = flown.flight.motion.segments
+    flies = ~np.isin(segments.state, _GOES_DOWN)
+    late_s = float(late.climbs_s[flies].sum() + late.ways_s[0])
+    late_wh = a.hovered_wh(late_s)
+    back_s = float(segments.duration_s[flies].sum()) + late_s
     back_wh = float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum())) + late_wh
     flown_wh = a.totals.energy_wh + a.late_wh
 
+    def there(row: FloatArray) -> float:
+        """Return a value where the return begins."""
+        before, after = row[event.segment : event.segment + 2]
+        return float(before + event.fraction * (after - before))
+
     def at_return(row: FloatArray) -> FloatArray:
         """Return a value at the start, where the return begins, and where it comes down."""
-        before, after = row[event.segment : event.segment + 2]
-        there = before + event.fraction * (after - before)
         per_wh = (row[-1] - row[0]) / flown_wh
-        return np.array([row[0], there, there + per_wh * back_wh])
+        return np.array([row[0], there(row), there(row) + per_wh * back_wh])
 
-    used_ah = profile.used_ah
+    begun_s, fraction, used_ah = there(profile.time_s), at_return(profile.fraction), profile.used_ah
+    rest_v = loaded_v = None
+    curve = rest_curve(pack)
+    if curve is not None:
+        rest_v = np.interp(fraction, curve.state_of_charge, curve.voltage_v)
+        if profile.loaded_v is not None and back_s > 0.0:
+            power_w = profile.times * j_from_wh(back_wh) / back_s
+            last_v = loaded_voltage_v(rest_v[-1], power_w, resistance_ohm=profile.resistance_ohm)
+            loaded_v = np.array([profile.loaded_v[0], there(profile.loaded_v), float(last_v)])
     returning = replace(
         profile,
-        time_s=np.arange(3.0),
+        time_s=np.array([0.0, begun_s, begun_s + back_s]),
         later_s=np.zeros(3),
-        fraction=at_return(profile.fraction),
+        fraction=fraction,
         used_ah=None if used_ah is None else at_return(used_ah),
-        rest_v=None,
-        loaded_v=None,
+        rest_v=rest_v,
+        loaded_v=loaded_v,
     )
-    cuts = [
+    cuts = (
         one
         for one in _charge_events(returning, pack, parameters)
         if one.action in _ENDS_FLYING and one.segment > 0
-    ]
-    return f", and on that return {cuts[0].action}: {cuts[0].reading}" if cuts else ""
+    )
+    return min(cuts, key=lambda one: one.fraction, default=None)
 
 
 def _events(

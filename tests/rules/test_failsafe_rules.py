@@ -419,6 +419,88 @@ def test_the_next_failsafe_may_end_a_return_of_the_mission_begun_anew(
     assert all("and on that return lands where it is" in one.message for one in found)
 
 
+@pytest.mark.parametrize(
+    ("critical_action", "slope", "acts"), [(5, 0, True), (5, 3, False), (1, 0, False)]
+)
+def test_the_next_failsafe_may_cut_the_motors_on_a_return_begun_in_the_landing(
+    critical_action: int, slope: int, *, acts: bool
+) -> None:
+    """Flown: low at 96 s of a landing at home, with RTL_CONE_SLOPE 0 up to 60 m, disarmed there at 137 s.
+
+    Up to 60 m at 2.5 m/s and 458 W from 2 m take 137 mAh.
+    """
+    result = late(
+        0.0,
+        RTL_ALT=6000.0,
+        RTL_CONE_SLOPE=float(slope),
+        BATT_FS_LOW_ACT=2,
+        BATT_CRT_MAH=8000.0 * _left(late(0.0)) - 60.0,
+        BATT_FS_CRT_ACT=critical_action,
+    )
+    found = told(result, "E103")
+    assert [one.severity for one in found] == [Severity.ERROR] * acts
+    assert all("and on that return cuts its motors" in one.message for one in found)
+
+
+def _left(result: CheckResult) -> float:
+    return 1.0 - (result.totals.energy_wh or 0.0) / LABEL.energy_wh
+
+
+FAR_LAST = mission(
+    takeoff(50), waypoint(200, 50, hold_s=600.0), waypoint(700, 50), item(21, north(700), 0.0)
+)
+"""Ten minutes 200 m from home, and 500 m farther to land."""
+
+
+@pytest.mark.parametrize(("apart_mah", "severity"), [(180.0, Severity.ERROR), (400.0, None)])
+def test_flights_between_the_worst_and_the_predicted_one_are_looked_at(
+    apart_mah: float, severity: Severity | None
+) -> None:
+    """A flight of a hundred takes 11.6 % more, 9.7 Wh: it is low where it waits, and 1.8 Wh from home.
+
+    500 m and the landing take 8.8 Wh: one that takes 1 % more is low at the end, and 70 s of 320 W from home,
+    6.2 Wh; 180 mAh are 4 Wh, 400 mAh 8.9 Wh.
+    """
+    vehicle = replace(SURVEY_QUAD, spread=None)
+    low_mah = 8000.0 * _left(check(FAR_LAST, vehicle, battery=LABEL)) - 22.0
+    given = {"BATT_LOW_MAH": low_mah, "BATT_CRT_MAH": low_mah - apart_mah}
+    given |= {"BATT_FS_LOW_ACT": 2.0, "BATT_FS_CRT_ACT": 1.0, "BATT_CAPACITY": 8000.0}
+    values = {name: ParameterValue(value) for name, value in given.items()}
+    parameters = ParameterSet(source="made.param", values=values, stack=Autopilot.ARDUPILOT)
+    result = check(FAR_LAST, vehicle, battery=LABEL, parameters=parameters)
+    assert not told(result, "E103")
+    lands = [one.severity for one in told(result, "E134") if "on that return lands" in one.message]
+    assert lands == ([] if severity is None else [severity])
+
+
+@pytest.mark.parametrize(("apart_v", "acts"), [(0.05, True), (1.0, False)])
+def test_voltages_count_on_the_return_that_a_failsafe_begins(apart_v: float, *, acts: bool) -> None:
+    """4 % of the charge are some 0.15 V of six cells in the middle of their curve."""
+    vehicle = replace(load_vehicle("arducopter-sitl-quad"), spread=None)
+    plain = check(FAR_LAST, vehicle)
+    assert plain.battery is not None
+    assert plain.battery.lowest_voltage_v is not None
+    low_v = plain.battery.lowest_voltage_v - 0.05
+    given = {"BATT_LOW_VOLT": low_v, "BATT_CRT_VOLT": low_v - apart_v}
+    given |= {"BATT_FS_LOW_ACT": 2.0, "BATT_FS_CRT_ACT": 1.0}
+    values = {name: ParameterValue(value) for name, value in given.items()}
+    parameters = ParameterSet(source="made.param", values=values, stack=Autopilot.ARDUPILOT)
+    found = told(check(FAR_LAST, vehicle, parameters=parameters), "E134")
+    assert any("on that return lands" in one.message for one in found) == acts
+
+
+@pytest.mark.parametrize(("charge", "severity"), [(0.8, Severity.ERROR), (1.0, Severity.WARNING)])
+def test_smartrtl_needs_as_much_as_has_been_flown(charge: float, severity: Severity) -> None:
+    """Low at 47 % used: from 80 % there are 33 % left, from full 53 %."""
+    vehicle = replace(SURVEY_QUAD, spread=None)
+    left = _left(check(FAR_LAST, vehicle, battery=LABEL))
+    given = {"BATT_LOW_MAH": 8000.0 * left - 22.0, "BATT_FS_LOW_ACT": 3.0, "BATT_CAPACITY": 8000.0}
+    values = {name: ParameterValue(value) for name, value in given.items()}
+    parameters = ParameterSet(source="made.param", values=values, stack=Autopilot.ARDUPILOT)
+    result = check(FAR_LAST, vehicle, battery=LABEL, charge=charge, parameters=parameters)
+    assert [one.severity for one in told(result, "E134")] == [severity]
+
+
 @pytest.mark.parametrize(("lands_m", "acts"), [(1000.0, True), (0.0, False)])
 def test_the_greatest_time_of_a_px4_flight_ends_a_landing_too(
     lands_m: float,
