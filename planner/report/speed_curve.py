@@ -22,14 +22,14 @@ from planner.report.text import (
     settings_lines,
     table_lines,
 )
-from planner.service.speed import FlownSpeed
+from planner.rules.wind import known_text
+from planner.service.speed import MARKS, FlownSpeed
 from planner.values import field_names
 
 if TYPE_CHECKING:
     from planner.service.speed import SpeedCurve
 
 _KEYS = field_names(FlownSpeed)[:-1]
-_MARKS = ("present", "best_endurance", "best_range", "fastest_fitting", "fastest_clear")
 _HEADS = (
     ("speed", "time", "energy", "per km", "mean", "above reserve", "verdict"),
     ("m/s", "", "Wh", "Wh", "W", "Wh", ""),
@@ -44,11 +44,7 @@ def speed_curve_text(curve: SpeedCurve) -> str:
     head = f"{printable(curve.file)} over the speed of its level legs, flown by {vehicle}"
     lines = [f"{head}{example_remark(curve.whole)}", *settings_lines(curve.whole.setup), ""]
     lines += table_lines([*_HEADS, *map(_row, curve.points)], alignment=_ALIGNMENT)
-    edges = [name.replace("_", " ") for name in curve.edges()]
-    marks = [
-        (f"{name} (edge)" if name in edges else name, *_row(flown, digits=2))
-        for name, flown in curve.marks()
-    ]
+    marks = [(name, *_row(flown, digits=2)) for name, flown in curve.marks()]
     heads = (("", *head) for head in _HEADS)
     lines += ["", *table_lines([*heads, *marks], alignment=f"<{_ALIGNMENT}")]
     lines += ["", *(f"{line}." for line in _remarks(curve))]
@@ -72,7 +68,7 @@ def speed_curve_json(curve: SpeedCurve, *, version: str) -> str:
             "points": [_document(flown) for flown in curve.points],
             "marks": {
                 name: None if (flown := getattr(curve, name)) is None else _document(flown)
-                for name in _MARKS
+                for name in MARKS
             },
             "marks_at_edge": list(curve.edges()),
             "checks": checks_document(curve.whole.checked),
@@ -122,16 +118,17 @@ def _remarks(curve: SpeedCurve) -> list[str]:
     if curve.present.fits is None:
         remarks.append("Battery unknown: give --battery to see which speeds it allows")
     elif curve.fastest_fitting is None:
-        remarks.append("No speed is certain to fit the battery")
+        remarks.append("No speed looked at is certain to fit the battery")
     elif curve.fastest_clear is None:
         remarks.append("No speed makes the mission a GO with room to the fence")
     if (identified := curve.identified_m_s) is not None:
+        known = known_text(curve.whole.setup.vehicle)
         remarks.append(
-            f"The model was identified from {quantity.decimals(identified.low, 1)} to "
+            f"{known[0].upper()}{known[1:]} from {quantity.decimals(identified.low, 1)} to "
             f"{quantity.speed(identified.high)} through the air: E105 reports speeds outside"
         )
     else:
-        remarks.append("The model does not state the speeds it was identified at")
+        remarks.append("The model does not state the speeds it holds for")
     return remarks
 
 
@@ -141,10 +138,11 @@ def _edge_remark(curve: SpeedCurve, name: str) -> str:
     is_slowest = flown.speed_m_s == curve.points[0].speed_m_s
     limit = "slowest" if is_slowest else "fastest"
     option = "--from" if is_slowest else "--to"
-    text = (
-        f"{name.replace('_', ' ').capitalize()} is not found: "
-        f"{quantity.decimals(flown.speed_m_s, 2)} m/s is the {limit} speed looked at ({option})"
-    )
+    called = MARKS[name].capitalize()
+    at = f"{quantity.decimals(flown.speed_m_s, 2)} m/s is the {limit} speed looked at ({option})"
+    if name.startswith("fastest"):
+        return f"{called}: {at}, a faster one may do as well"
+    text = f"{called} is not found: {at}"
     if flown.fits is False:
         text += f", and the battery does not last for the {quantity.duration(flown.time_s)} there"
     return text

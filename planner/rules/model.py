@@ -83,7 +83,7 @@ def _outside(
 
     command = "vehicle refine" if is_narrowable(a.vehicle) else "identify"
     fix = f"{stay}, or log a flight beyond it and run mavjoule {command}"
-    message = f"{what}; {known_text(a)} {limits}{so}"
+    message = f"{what}; {known_text(a.vehicle)} {limits}{so}"
     return a.finding(MODEL_OUTSIDE_ENVELOPE, message, **({"fix": fix} | given))
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planner.physics.wind import Wind
     from planner.rules.assessment import Assessment
     from planner.rules.declaration import Found
+    from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -136,16 +137,16 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
             )
     else:
         message = (
-            f"no headway is certain {reach.where(first)}: {blows}; {known_text(a)} up to "
+            f"no headway is certain {reach.where(first)}: {blows}; {known_text(a.vehicle)} up to "
             f"{shown_airspeed_text(a)}, good for {quantity.speed(rated_m_s)}"
         )
     rule = WIND_BEYOND_MODEL if stated_m_s is None else NO_HEADWAY
     yield a.finding(rule, message, item=int(reach.item[first]))
 
 
-def known_text(a: Assessment) -> str:
+def known_text(vehicle: VehicleModel) -> str:
     """Return what a model is known by, with the verb: of flights, or what its data sheet holds for."""
-    basis = a.vehicle.provenance.basis
+    basis = vehicle.provenance.basis
     is_flown = basis is None or basis.is_flown
     return "the model was identified" if is_flown else "the model of a data sheet holds"
 

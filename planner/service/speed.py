@@ -53,6 +53,14 @@ _ASIDE = 16
 _SAME = 1e-9
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
+MARKS = {
+    "present": "present",
+    "best_endurance": "best endurance",
+    "best_range": "best range",
+    "fastest_fitting": "fastest that fits",
+    "fastest_clear": "fastest clear of all",
+}
+"""The speeds worth knowing and how each is called."""
 
 
 class _StepsAtSpeeds(WhatIfSteps):
@@ -152,25 +160,24 @@ class SpeedCurve(Presented):
         return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
 
     def edges(self) -> tuple[str, ...]:
-        """Return which of the best speeds are only the slowest or fastest looked at: the best lies beyond."""
-        ends_m_s = (self.points[0].speed_m_s, self.points[-1].speed_m_s)
-        best = {"best_endurance": self.best_endurance, "best_range": self.best_range}
+        """Return which marked speeds are only the slowest or fastest looked at: a better may lie beyond."""
+        low_m_s, high_m_s = self.points[0].speed_m_s, self.points[-1].speed_m_s
+        ends_m_s = {name: {low_m_s, high_m_s} for name in ("best_endurance", "best_range")}
+        ends_m_s |= {name: {high_m_s} for name in ("fastest_fitting", "fastest_clear")}
         return tuple(
             name
-            for name, flown in best.items()
-            if flown is not None and flown.speed_m_s in ends_m_s
+            for name, ends in ends_m_s.items()
+            if (flown := getattr(self, name)) is not None and flown.speed_m_s in ends
         )
 
     def marks(self) -> tuple[tuple[str, FlownSpeed], ...]:
-        """Return the speeds worth knowing by name, those there are."""
-        named = (
-            ("present", self.present),
-            ("best endurance", self.best_endurance),
-            ("best range", self.best_range),
-            ("fastest that fits", self.fastest_fitting),
-            ("fastest clear of all", self.fastest_clear),
+        """Return the speeds worth knowing by name, those there are; with what is only an edge."""
+        edges = self.edges()
+        return tuple(
+            (f"{name} (edge)" if key in edges else name, flown)
+            for key, name in MARKS.items()
+            if (flown := getattr(self, key)) is not None
         )
-        return tuple((name, flown) for name, flown in named if flown is not None)
 
 
 def predict_speed_curve(
@@ -343,7 +350,7 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
         return_margin_wh=None if plan is None else plan.margin_wh,
         fits=None if battery is None or not is_known else not lacking and min(margins_wh) >= 0.0,
         verdict=result.verdict,
-        against=tuple(dict.fromkeys(against)),
+        against=tuple(sorted({*against})),
     )
 
 

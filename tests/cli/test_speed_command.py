@@ -125,4 +125,24 @@ def test_the_edge_of_the_search_is_no_best_speed(
     assert "\nbest endurance (edge) " in out
     assert "Best endurance is not found: 3.00 m/s is the fastest speed looked at (--to)" in out
     assert main([*arguments, "--from", "8", "--to", "9", "--step", "1", "--format", "json"]) == 0
-    assert json.loads(capsys.readouterr().out)["marks_at_edge"] == ["best_endurance", "best_range"]
+    assert json.loads(capsys.readouterr().out)["marks_at_edge"] == [
+        *("best_endurance", "best_range", "fastest_fitting", "fastest_clear")
+    ]
+
+
+def test_the_fastest_looked_at_is_not_the_fastest_that_fits(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["speed", mission, "--vehicle", "arducopter-sitl-quad", "--battery", "9Ah@22.2V"]
+    assert main([*arguments, "--from", "2", "--to", "3", "--step", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "\nfastest that fits (edge) " in out
+    assert "Fastest that fits: 3.00 m/s is the fastest speed looked at (--to)" in out
+    # 0.2 Wh are used up at any speed: none is the fastest
+    tight = [*arguments[:-1], "0.2Wh", "--from", "2", "--to", "3", "--step", "1"]
+    assert main(tight) == 0
+    out = capsys.readouterr().out
+    assert "fastest that fits" not in out
+    codes = {line.partition("no-go ")[2] for line in out.splitlines() if " no-go " in line}
+    assert codes
+    assert all(one.split() == sorted(one.split()) for one in codes)
