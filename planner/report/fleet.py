@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
+from planner.fleet.schedule import Objective
 from planner.report.json import (
     checks_document,
     envelope,
@@ -19,13 +20,15 @@ from planner.report.text import (
     by_weight,
     closing_line,
     finding_lines,
+    given_text,
     ledger_lines,
     note_lines,
     printable,
     table_lines,
 )
 from planner.service.fleet_contingency import takeover_text
-from planner.values import field_names
+from planner.service.preflight import CheckResult
+from planner.values import field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,6 +57,14 @@ PLAN_NOTE = (
     "Each row is the fastest with so many; least energy is what they take in time where they need not hurry. "
     "All keep apart in flight, and on every return where a row does not say otherwise."
 )
+_WAITED_S = 60.0
+"""Between a charge that ends and a start that waited for it, beside the swap: a charge is checked a little
+shorter than it is planned. [s]"""
+_LESS = {
+    Objective.MAKESPAN: "a shorter makespan",
+    Objective.ENERGY: "less energy",
+    Objective.BATTERIES: "fewer packs",
+}
 HOLDS = {True: "yes", False: "no", None: "not judged"}
 
 
@@ -70,6 +81,7 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
     largest = quantity.energy(totals.largest_sortie_wh)
     lines = [
         f"{result.verdict_text}  {printable(result.file)}",
+        *(line for given in given_texts(result) for line in medium.wrapped(given, indent=4)),
         "",
         f"  Fleet       {', '.join(counts)}",
         f"  Makespan    {quantity.duration(totals.makespan_s)}; {in_air} in the air",
@@ -120,6 +132,21 @@ def fleet_headline(result: FleetResult) -> str:
     energy = quantity.energy(totals.energy_wh)
     partly = "" if totals.is_energy_whole or totals.energy_wh is None else ", not of every sortie"
     return f"{counts[0]} on {counts[1]} in {counts[2]}, {energy}{partly}"
+
+
+def given_texts(result: FleetResult) -> tuple[str, ...]:
+    """Return what the verdict holds for: vehicle, battery and wind, of which sorties where they differ.
+
+    How full a pack is at the start of a sortie is a column of their table.
+    """
+    names: dict[str, list[str]] = {}
+    for one in result.sorties:
+        if isinstance(one.result, CheckResult):
+            full = replace(one.result, setup=replace(one.result.setup, charge=1.0))
+            names.setdefault(given_text(full), []).append(printable(one.name))
+    if len(names) == 1:
+        return (*names,)
+    return tuple(f"{given}: {', '.join(of)}" for given, of in names.items())
 
 
 def suppressed_findings(result: FleetResult) -> list[Finding]:
@@ -207,7 +234,11 @@ def plan_text(plan: FleetPlan, *, medium: Medium) -> str:
         "",
         *table_lines([heads, *rows], alignment=">>>>>>><"),
         *medium.wrapped(PLAN_NOTE, indent=0),
-        *filter(None, [cut_short_text(plan)]),
+        *(
+            line
+            for text in filter(None, (unused_text(plan), cut_short_text(plan)))
+            for line in medium.wrapped(text, indent=0)
+        ),
         "",
     ]
     return "\n".join(lines) + "\n" + fleet_text(plan.result, medium=medium)
@@ -220,7 +251,29 @@ def plan_headline(plan: FleetPlan) -> str:
         if plan.schedule.is_best
         else f"at most {quantity.percent(plan.gap)} above the least of these sorties"
     )
-    return f"Least {plan.minimize}: {plan.amount_text}; {proof}"
+    full = " where every pack is charged full before it flies" if plan.fleet.packs else ""
+    return f"Least {plan.minimize}: {plan.amount_text}; {proof}{full}"
+
+
+def unused_text(plan: FleetPlan) -> str:
+    """Return which vehicles do not fly, and why; empty where all do."""
+    flown = sorted(plan.fleet.sorties.values(), key=lambda one: one.start_s)
+    unused = [name for name in plan.fleet.vehicles if name not in {one.vehicle for one in flown}]
+    if not unused:
+        return ""
+    names = ", ".join(map(printable, unused))
+    if plan.minimize is Objective.VEHICLES:
+        return f"Not needed: {names}."
+    text = f"Not used: {names}. No plan found with more vehicles has {_LESS[plan.minimize]}"
+    if plan.minimize is Objective.MAKESPAN and flown[-1].pack is not None:
+        last = flown[-1]
+        full_s = [one.end_s for one in plan.result.charges if one.pack == last.pack]
+        if any(0.0 <= last.start_s - end_s <= plan.fleet.swap_s + _WAITED_S for end_s in full_s):
+            text += (
+                f": {printable(last.name)}, the last to start, waits for pack {printable(last.pack)} "
+                "to be charged"
+            )
+    return f"{text}."
 
 
 def cut_short_text(plan: FleetPlan) -> str:
@@ -261,7 +314,7 @@ def _row(one: FlownSortie) -> tuple[str, ...]:
         quantity.clock(one.end_s) if one.time_s else quantity.ABSENT,
         quantity.energy(one.energy_wh),
         quantity.percent(one.charge),
-        quantity.percent(one.charge_left),
+        quantity.charge_left(one.charge_left),
     )
 
 

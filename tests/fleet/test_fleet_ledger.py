@@ -80,4 +80,6 @@ def test_without_the_height_of_a_home_no_separation_is_checked() -> None:
 def test_the_report_says_what_was_not_checked() -> None:
     result = checked(pad("one", 0, 0), pad("two", 0, 80), vehicles("one", "two"), *BOTH)
     text = fleet_text(result, medium=Medium())
+    # what the verdict holds for, beside it
+    assert text.splitlines()[1] == "arducopter-sitl-quad, battery 178 Wh, no wind"  # 8 Ah at 22.2 V
     assert "not checked (needs system_id of every vehicle): S102 duplicate-sysid" in text

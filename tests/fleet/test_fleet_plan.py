@@ -132,6 +132,25 @@ def test_one_pack_is_charged_between_two_flights(tmp_path: Path) -> None:
     assert made.result.verdict == "go"
 
 
+def test_what_is_least_says_how_packs_are_charged_and_why_a_vehicle_does_not_fly(
+    tmp_path: Path,
+) -> None:
+    """Both flights begin where the first vehicle stands, and the one pack is charged in between."""
+    pack = SWAP + '[pack.P]\nbattery = "170Wh"\n'
+    charger = "[charger.C]\ncharge_soc = [0, 1]\ncharge_s = [0, 3600]\n"
+    twice = {"first": OUT, "second": OUT}
+    text = plan_text(planned(tmp_path, TWO, pack + charger, jobs=twice), medium=Medium(width=400))
+    assert "no plan of these sorties has less where every pack is charged full before" in text
+    assert "Not used: b. No plan found with more vehicles has a shorter makespan: " in text
+    assert "the last to start, waits for pack P to be charged.\n" in text
+    # with neither packs nor a second flight nobody waits for anything
+    text = plan_text(planned(tmp_path, TWO, jobs={"first": OUT}), medium=Medium(width=400))
+    assert "charged full" not in text
+    assert "Not used: b. No plan found with more vehicles has a shorter makespan.\n" in text
+    # all that are there fly: nothing to say
+    assert "Not used" not in plan_text(planned(tmp_path, TWO), medium=Medium(width=400))
+
+
 def test_a_job_that_may_be_split_is_shared_out(tmp_path: Path) -> None:
     long = mission(
         up(30), *(place(200.0 + 1000.0 * (row % 2), 40.0 * row, 30.0) for row in range(10)), rtl()

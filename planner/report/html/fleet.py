@@ -15,8 +15,10 @@ from planner.report.fleet import (
     cut_short_text,
     fleet_document,
     fleet_headline,
+    given_texts,
     plan_headline,
     suppressed_findings,
+    unused_text,
 )
 from planner.report.html.mission import FindingView, add_time_layers, finding_view, zoomable
 from planner.report.html.page import page_json, page_text, refuse_without_libraries, template
@@ -78,7 +80,7 @@ _SORTIE_FIGURES = (
     ("start_s", quantity.clock),
     ("end_s", quantity.clock),
     ("charge", quantity.percent),
-    ("charge_left", quantity.percent),
+    ("charge_left", quantity.charge_left),
 )
 
 
@@ -112,6 +114,7 @@ def fleet_html(
             "verdict": result.verdict_text,
             "file": printable(result.file),
             "headline": fleet_headline(result),
+            "given": given_texts(result),
             "cards": _figures(document["totals"], "totals", _CARDS),
             "closing": closing_line(result.all_findings, suppressed=suppressed_findings(result)),
             "problems": [one for one in views if one[1].finding in by_weight(_findings(result))[0]],
@@ -369,6 +372,7 @@ def _plan_view(plan: FleetPlan, specs: dict[str, Any]) -> dict[str, Any]:
     return {
         "headline": plan_headline(plan),
         "cut_short": cut_short_text(plan),
+        "unused": unused_text(plan),
         "note": PLAN_NOTE,
         "rows": [
             {
