@@ -100,6 +100,11 @@ def percent(fraction: float | None) -> str:
     return f"{text.removesuffix('.0')} %"
 
 
+def charge_left(fraction: float | None) -> str:
+    """Return a fraction of the charge that is left; none where more is drawn than there was."""
+    return percent(None if fraction is None else max(fraction, 0.0))
+
+
 def chance(probability: float | None) -> str:
     """Return a chance as a percentage that is never none and never sure: ``3.1 %``."""
     if probability is not None and probability < 0.001:

@@ -229,6 +229,10 @@ def _plain(value: float | None) -> str:
     return quantity.ABSENT if value is None else f"{value:g}"
 
 
+def _metres(value: float | None) -> str:
+    return quantity.ABSENT if value is None else f"{value:g} m"
+
+
 def _spread_text(shown: Shown, value: float | Spread) -> str:
     sd = sd_of(value)
     return shown(mean_of(value)) + (f" ± {shown(sd)}" if sd else "")
@@ -359,7 +363,7 @@ class Setup(_Vehicle):
                 ("wind_from_deg", "Wind from", quantity.bearing, "from_deg"),
                 ("wind_reference_height_m", "Wind given at", quantity.height, "reference_height_m"),
                 ("wind_shear_exponent", "Exponent of the wind's growth", _plain, "shear_exponent"),
-                ("wind_roughness_length_m", "Roughness length [m]", _plain, "roughness_length_m"),
+                ("wind_roughness_length_m", "Roughness length", _metres, "roughness_length_m"),
                 ("wind_sd_m_s", "Wind, standard deviation", quantity.speed, "speed_sd_m_s"),
                 ("wind_from_sd_deg", "Wind from, standard deviation [°]", _plain, "from_sd_deg"),
             )
@@ -438,7 +442,7 @@ class Setup(_Vehicle):
         "mean horizontal error of the position in a hover, which slows PX4 down",
         default=None,
         unset="the model's",
-        rows=(Row("position_noise_m", "Position noise [m]", _plain),),
+        rows=(Row("position_noise_m", "Position noise", _metres),),
     )
 
     heading_deg: float | None = setting(

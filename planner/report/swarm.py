@@ -183,7 +183,7 @@ def _row(result: SwarmResult, one: SwarmAgent) -> tuple[str, ...]:
         quantity.duration(one.time_s),
         quantity.distance(one.distance_m),
         quantity.energy(one.energy_wh),
-        quantity.percent(one.charge_left),
+        quantity.charge_left(one.charge_left),
         str(one.stops),
         quantity.duration(one.waited_s),
         quantity.ABSENT if near is None else quantity.distance(near.distance_m),

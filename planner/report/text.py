@@ -469,7 +469,7 @@ def _battery(battery: BatteryBudget, *, ends_in_air: bool) -> str:
         end = "the last item, where it stays in the air" if ends_in_air else "landing"
         text += f", {quantity.duration(battery.hover_left_s)} of hover left at {end}"
     if battery.charge_left_fraction is not None and battery.lowest_voltage_v is not None:
-        left = quantity.percent(max(battery.charge_left_fraction, 0.0))
+        left = quantity.charge_left(battery.charge_left_fraction)
         text += f", {left} of the charge left, lowest {quantity.voltage(battery.lowest_voltage_v)}"
     return text if chance is None else f"{text}; {_chance(chance)} to land below the reserve"
 

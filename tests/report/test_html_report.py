@@ -11,7 +11,7 @@ import pytest
 from fenced_missions import at
 from made_missions import mission, rtl, takeoff
 
-from planner import __version__
+from planner import __version__, quantity
 from planner.errors import UsageError
 from planner.report.html.page import check_html, plotting_bundle
 from planner.service.preflight import CheckResult, UnreadableMission, check
@@ -45,6 +45,20 @@ def test_every_finding_is_there_with_its_fix_and_its_explanation(flown: CheckRes
         assert f'data-code="{finding.code}"' in page
         assert f"About {finding.code}" in page
     assert "mavjoule.toml" in page, "how to turn a rule off"
+
+
+def test_no_figure_of_a_data_sheet_is_without_a_label_and_no_charge_is_below_none() -> None:
+    """4 km out and back at hover power takes far more than 5 Wh."""
+    vehicle = load_vehicle("holybro-x500-v2")
+    flown = check(
+        mission(takeoff(20.0), at(0.0, 4000.0), rtl()), vehicle, battery=Battery(capacity_wh=5.0)
+    )
+    assert flown.battery is not None
+    page = page_of(flown)
+    assert "empty_probability</th>" not in page
+    assert "<caption>More</caption>" not in page
+    assert (quantity.charge_left(-1.73), quantity.charge_left(0.04)) == ("0 %", "4 %")
+    assert quantity.charge_left(None) == quantity.ABSENT
 
 
 def test_a_page_without_a_picture_does_not_carry_the_plotting_library(
