@@ -265,8 +265,8 @@ def unused_text(plan: FleetPlan) -> str:
     if plan.minimize is Objective.VEHICLES:
         return f"Not needed: {names}."
     text = f"Not used: {names}. No plan found with more vehicles has {_LESS[plan.minimize]}"
-    if plan.minimize is Objective.MAKESPAN and flown[-1].pack is not None:
-        last = flown[-1]
+    last = flown[-1]
+    if plan.minimize is Objective.MAKESPAN and last.pack is not None:
         full_s = [one.end_s for one in plan.result.charges if one.pack == last.pack]
         if any(0.0 <= last.start_s - end_s <= plan.fleet.swap_s + _WAITED_S for end_s in full_s):
             text += (
