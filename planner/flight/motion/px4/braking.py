@@ -201,6 +201,16 @@ def corner_speed_m_s(
     return np.asarray(np.sqrt(gain_per_s * acceleration_m_s2 * radius_m * tangent))
 
 
+def tilted_m_s2(parameters: Px4Parameters) -> float:
+    """Return the greatest level acceleration MPC_TILTMAX_AIR leaves, g tan(tilt). [m s⁻²]"""
+    return GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
+
+
+def flown_acceleration_m_s2(parameters: Px4Parameters) -> float:
+    """Return MPC_ACC_HOR, or what the tilt leaves of it. [m s⁻²]"""
+    return min(parameters.acceleration_m_s2, tilted_m_s2(parameters))
+
+
 def stopping_distance_m(
     speed_m_s: npt.ArrayLike, parameters: Px4Parameters, drag_per_s: float | None = None
 ) -> FloatArray:
@@ -213,18 +223,18 @@ def stopping_distance_m(
     round at limited jerk, in v/2 (v/a + a/j): 28.5 m, 28 m measured.  The longer counts; nothing stops
     in less than the second.  A vehicle with drag comes past that (``passed_m``): at 1/s 17.2 m from 8 m/s
     and 8.4 m from 5 m/s measured, 17.9 and 8.6 m by this.  Held back by its greatest tilt it is slower than
-    its trajectory, which may be as fast as MPC_XY_VEL_MAX.
+    its trajectory, which may be as fast as MPC_XY_VEL_MAX.  It brakes no harder than its tilt allows.
     """
     speed = np.asarray(speed_m_s, dtype=np.float64)
+    acceleration_m_s2 = flown_acceleration_m_s2(parameters)
     passed = 0.0 * speed
     if drag_per_s:
-        braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
+        braking_s = ramp_time_s(speed, acceleration_m_s2, parameters.jerk_m_s3)
         passed = passed_m(speed, braking_s, parameters, drag_per_s)
-        tilted_m_s2 = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
-        is_tilted = drag_per_s * speed >= _AT_LIMIT * tilted_m_s2
+        is_tilted = drag_per_s * speed >= _AT_LIMIT * tilted_m_s2(parameters)
         speed = np.where(is_tilted, np.maximum(speed, parameters.speed_max_m_s), speed)
-    hold = speed * (0.5 * speed / parameters.acceleration_m_s2 + HOLD_DELAY_S)
-    reversing_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
+    hold = speed * (0.5 * speed / acceleration_m_s2 + HOLD_DELAY_S)
+    reversing_s = ramp_time_s(speed, acceleration_m_s2, parameters.jerk_m_s3)
     return np.maximum(hold, 0.5 * speed * reversing_s) + passed
 
 

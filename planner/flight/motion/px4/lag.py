@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import horizontal, quotient
-from planner.flight.motion.px4.braking import STILL_M
+from planner.flight.motion.px4.braking import STILL_M, tilted_m_s2
 from planner.flight.motion.px4.pieces import HOLD, PAUSE, Ordered
-from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -199,7 +197,7 @@ class TrackingLag(Value):
         1 where MPC_TILTMAX_AIR allows the speed.
         """
         p, drag_m_s2 = self.parameters, self.drag_per_s * speed_m_s
-        most_m_s2 = GRAVITY_M_S2 * math.tan(p.lean_angle_max_rad)
+        most_m_s2 = tilted_m_s2(p)
         if not (drag_m_s2 > most_m_s2).any():
             return 1.0, 1.0
         tilted = np.minimum(1.0, quotient(most_m_s2, drag_m_s2, 1.0))

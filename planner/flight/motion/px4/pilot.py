@@ -16,7 +16,12 @@ from planner.flight.motion.kinematics import (
     SegmentColumns,
     horizontal,
 )
-from planner.flight.motion.px4.braking import passed_m, stopping_distance_m, turning_back
+from planner.flight.motion.px4.braking import (
+    flown_acceleration_m_s2,
+    passed_m,
+    stopping_distance_m,
+    turning_back,
+)
 from planner.flight.motion.px4.headings import waits_unknown
 from planner.flight.motion.px4.lag import TrackingLag
 from planner.flight.motion.px4.landing import (
@@ -45,6 +50,7 @@ from planner.flight.motion.px4.pieces import (
     TimeScale,
     in_flown_order,
 )
+from planner.flight.motion.px4.tilting import held_back
 from planner.flight.motion.px4.weaving import weave_findings
 from planner.flight.power import NO_TRANSIENTS
 from planner.mission.route.stage import StageKind
@@ -188,7 +194,7 @@ class Px4Pilot(Value):
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distance and the time until a vehicle in mid-leg turns back."""
         p = self.parameters
-        return turning_back(speed_m_s, p.acceleration_m_s2, p.jerk_m_s3)
+        return turning_back(speed_m_s, flown_acceleration_m_s2(p), p.jerk_m_s3)
 
     def farthest_stop_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return the distance until a vehicle in mid-leg turns back, which drag carries past it."""
@@ -227,6 +233,7 @@ class Px4Pilot(Value):
         ordered = in_flown_order(_pieces(moves, legs, time_scale, lands=moves.is_landing))
         # A lag leaves climbs as they are.
         climb_m = ordered.summed(ordered.law.climbs_m(ordered.duration_s))
+        ordered = held_back(ordered, self.parameters)
         if lag is not None:
             ordered = lag.followed(ordered, moves)
         # PX4 reports an item after its hold.
