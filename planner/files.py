@@ -17,7 +17,7 @@ from planner.findings import Place
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from planner.errors import InputError
 
@@ -121,9 +121,34 @@ def toml_document(
 
 
 def _followed(path: Path) -> Path:
-    """Return the file that links lead to; a pipe behind /dev/stdout has no name but that."""
-    is_stream = path.exists() and not (path.is_file() or path.is_dir())
-    return path if is_stream else Path(os.path.realpath(path))
+    """Return the file that links lead to; a pipe behind /dev/stdout has no name but that.
+
+    Raises OutputError for ``missing/../file``, which is no file to the system: whoever asks whether it is
+    there would be told no, and what is at its end be replaced.
+    """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        return path
+    target = Path(os.path.realpath(path))
+    parent = path.parent
+    if (target.exists() and not path.exists()) or (target.parent.exists() and not parent.exists()):
+        msg = f"{path}: cannot be written: {os.strerror(errno.ENOENT)}"
+        raise OutputError(msg)
+    return target
+
+
+def is_among(path: Path, names: Iterable[str]) -> bool:
+    """Return whether a file that is written would take the place of one of these.
+
+    Raises OutputError if nothing can be written there.
+    """
+    target = _followed(path)
+    if not target.is_file():  # a device takes nobody's place
+        return False
+    for name in dict.fromkeys(names):
+        with suppress(OSError, ValueError):  # not there, or not the name of a file
+            if target.samefile(name):
+                return True
+    return False
 
 
 def refuse_unwritable(path: Path) -> None:
@@ -373,6 +398,7 @@ def make_output_folder(folder: Path, *, holding: str) -> None:
     if folder.exists() and not folder.is_dir():
         msg = f"{folder}: is a file; {holding} are written to a folder, name a new or another one"
         raise OutputError(msg)
+    _followed(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -59,7 +59,7 @@ from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
 from planner.vehicle.pack import FlownPack, flown_pack
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     Shown = Callable[[float | None], str]
 
@@ -840,6 +840,20 @@ class Output(Declared):
 def settings() -> Mapping[str, Setting]:
     """Return every setting by its key."""
     return {setting.key: setting for cls in (Setup, Together, Output) for setting in declared(cls)}
+
+
+def files_named(values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the files that settings by key name to be read, the file of the settings among them.
+
+    A model's name is yielded as it is: it is no file, unless someone has one of that name.
+    """
+    for key, one in settings().items():
+        value = values.get(key)
+        if value is not None and one.kind.is_file and one.group is not Group.REPORT:
+            yield from map(str, value if isinstance(value, tuple) else (value,))
+    file = values.get(SETTINGS_FILE)
+    if file is not None:
+        yield file.path
 
 
 def conditions(setup: Setup | None) -> tuple[tuple[Row, float | None], ...]:

@@ -13,7 +13,7 @@ import numpy  # noqa: F401 - first: typing_extensions, which msgspec loads, slow
 
 from planner import __version__, quantity
 from planner.cli.check_output import attach_baseline, refuse_output, rendered, write_attachments
-from planner.cli.configuration import common_settings, mission_settings
+from planner.cli.configuration import common_settings, files_read, mission_settings
 from planner.cli.link import is_vehicle, link_options, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from planner.service.preflight import Results
 
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
-_READ = ("vehicle", "params", "profile")
-"""Settings that name a file that is read."""
 _MOST_NAMED = 20
 """Files of a folder that are left out and named; of more are as many."""
 _WORTH_WORKERS = 20
@@ -111,11 +109,12 @@ def command(
     together = _together(settings, given)
     output = Output.of(common_settings(settings, Output))
     refuse_output(output, missions=len(missions))
-    read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
-    for written in (output.output, output.trace, output.export, output.report, write_baseline):
+    read = files_read(missions, *settings)
+    for written in (output.output, output.trace, output.export, output.report):
         refuse_output_file(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
+        refuse_output_file(write_baseline, files_read(missions, *settings))
     is_flight_used = together is not None or any(
         getattr(output, option) is not None for option in ("report", "export", "plots")
     )
@@ -318,8 +317,8 @@ def segments(mission: str, *, file_format: str, output: Path | None, **options: 
     from planner.report.columns import segments_csv, segments_text
     from planner.report.json import segments_json
 
-    refuse_output_file(output, (mission,))
     settings = mission_settings(mission, given_settings(options))
+    refuse_output_file(output, files_read((mission,), settings))
     result = check_file(mission, Setup.of(settings))
     if isinstance(result, UnreadableMission):
         show_traceback(result.failure)

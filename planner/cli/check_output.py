@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,9 +37,9 @@ def refuse_output(asked: Output, *, missions: int) -> None:
     written: dict[Path, str] = {}
     for option in ("output", "trace", "export", "report"):
         if (path := getattr(asked, option)) is not None and written.setdefault(
-            path, option
+            followed := Path(os.path.realpath(path)), option
         ) != option:
-            msg = f"--{written[path]} and --{option} name the same file: give them one each"
+            msg = f"--{written[followed]} and --{option} name the same file: give them one each"
             raise UsageError(msg)
     _refuse_formats(asked)
 

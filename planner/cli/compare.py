@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__
-from planner.cli.configuration import mission_settings
+from planner.cli.configuration import files_read, mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
@@ -66,15 +66,13 @@ def command(
     if mission_a == other == "-":
         msg = "standard input can be read once: give a file"
         raise UsageError(msg)
-    refuse_output_file(output, (mission_a, other))
-    refuse_page(report, (mission_a, other), output=output)
     given = given_settings(options)
-    comparison = compare_files(
-        mission_a,
-        Setup.of(mission_settings(mission_a, given)),
-        other,
-        Setup.of(mission_settings(other, given | _settings_of_b(options_b))),
-    )
+    settings_a = mission_settings(mission_a, given)
+    settings_b = mission_settings(other, given | _settings_of_b(options_b))
+    read = files_read((mission_a, other), settings_a, settings_b)
+    refuse_output_file(output, read)
+    refuse_page(report, read, output=output)
+    comparison = compare_files(mission_a, Setup.of(settings_a), other, Setup.of(settings_b))
     with bugs_of(f"{mission_a}, {other}"):
         from planner.report.comparison import comparison_json, comparison_text
 

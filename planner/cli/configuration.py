@@ -15,7 +15,7 @@ from planner.cli.options import CHECK_GROUPS
 from planner.errors import ConfigurationError, InputError, UsageError, described, nearest_hint
 from planner.files import read_bounded, toml_document
 from planner.setting import declared
-from planner.setup import SETTINGS_FILE, SettingsFile, settings
+from planner.setup import SETTINGS_FILE, SettingsFile, files_named, settings
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -134,6 +134,17 @@ def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     if not texts:
         return {**own, **given}
     return {**own, **given, SETTINGS_FILE: SettingsFile(path=_shown(found.path), values=texts)}
+
+
+def files_read(missions: Sequence[str], *settings: Mapping[str, Any]) -> list[str]:
+    """Return every file that is read for missions under settings by key: theirs, and those these name.
+
+    With them the settings files, also those of which every value was given otherwise.
+    """
+    folders = dict.fromkeys(Path(mission).parent for mission in missions)
+    found = (find_configuration(folder).path for folder in folders)
+    named = (file for values in settings for file in files_named(values))
+    return [*missions, *dict.fromkeys(named), *(str(path) for path in found if path is not None)]
 
 
 def _shown(path: Path | None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,8 @@ from planner.cli.output import narrate, refuse_output_file, write_data
 from planner.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.link.logs import DownloadedLog
 
 
@@ -48,6 +50,8 @@ def fetch(
         msg = f"{output}: give a name that ends in .plan"
         raise UsageError(msg)
     params = output.with_suffix(".params") if params is None else params
+    for file in (output, params):
+        refuse_output_file(file, _keys(link))
     if not force:
         refuse_existing(output, params)
     snapshot = fetch_vehicle(link_request(url, link), on_progress=TransferProgress())
@@ -84,7 +88,7 @@ def diff(
     from planner.service.preflight import bugs_of
     from planner.service.vehicle import compare_files, compare_with_vehicle
 
-    refuse_output_file(output, (first, second))
+    refuse_output_file(output, (first, second, *_keys(link)))
     with bugs_of(first):
         mission = read_mission(first)
         if is_vehicle(second):
@@ -141,6 +145,11 @@ def logs(
         write_data("".join(f"{log.size_bytes:>12}  {log.name}\n" for log in found.listed))
     for one in found.downloaded:
         narrate(_download_text(one))
+
+
+def _keys(link: Mapping[str, Any]) -> list[str]:
+    """Return the file of the key that messages are signed by, where there is one."""
+    return [] if link["signing_key"] is None else [str(link["signing_key"])]
 
 
 def _download_text(one: DownloadedLog) -> str:

@@ -181,7 +181,8 @@ def check(
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
-    refuse_output_file(output, (fleet,))
+    refuse_output_file(output, read.files_read)
+    refuse_page(report, read.files_read, output=output)
     _refuse_exports(read, options)
     result = check_fleet(read, what_if=what_if)
     for one in result.sorties:
@@ -262,6 +263,7 @@ def plan(
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
+    refuse_page(report, read.files_read, made=(folder,))
     _refuse_exports(read, options, made=(folder,))
     patience = Patience() if time_limit_s is None else Patience(time_limit_s)
     with interrupting(patience.stop, "the best plan so far is made whole"):
@@ -301,11 +303,8 @@ def _write_page(made: Callable[..., str], of: object, report: Path) -> None:
 
 def _refuse_exports(fleet: Fleet, options: Mapping[str, Any], *, made: Sequence[Path] = ()) -> None:
     """Raise where an export could not be written, before anything is checked."""
-    jobs = (one.mission for one in fleet.jobs.values())
-    flown = (fleet.mission_of(one) for one in fleet.sorties.values())
-    inputs = (fleet.source, *jobs, *flown)
     for file in (*options["tracks"], options["volumes"]):
-        refuse_output_file(file, inputs, made=made)
+        refuse_output_file(file, fleet.files_read, made=made)
 
 
 def _write_exports(result: FleetResult, options: Mapping[str, Any]) -> None:
@@ -438,12 +437,12 @@ def simulate(
     from planner.report.swarm import swarm_json, swarm_text
     from planner.service.swarm import simulate_fleet
 
-    refuse_page(report, (fleet,), output=output)
-    _refuse_files(output, trace, fleet)
+    _refuse_files((fleet,), output, report, trace)
     _refuse_without_agents(options)
     read = _read(fleet, options)
     if read is None:
         return ExitCode.UNUSABLE
+    _refuse_files(read.files_read, output, report, trace)
     read = _with_faults(read, options["faults"])
     asked = Event()
     with interrupting(asked.set, "what is simulated so far is reported"):
@@ -516,10 +515,13 @@ def _with_faults(fleet: Fleet, names: Any) -> Fleet:  # noqa: ANN401 -- of click
     return replace(fleet, faults={name: fleet.faults[name] for name in asked})
 
 
-def _refuse_files(output: Path | None, trace: Path | None, fleet: str) -> None:
-    """Raise where report or trace could not be written, before anything is simulated."""
-    refuse_output_file(output, (fleet,))
-    refuse_output_file(trace, (fleet,))
+def _refuse_files(
+    inputs: Sequence[str], output: Path | None, report: Path | None, trace: Path | None
+) -> None:
+    """Raise where report, page or trace could not be written, before anything is simulated."""
+    refuse_page(report, inputs, output=output)
+    refuse_output_file(output, inputs)
+    refuse_output_file(trace, inputs)
     if trace is not None:
         refuse_columns(trace)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__
-from planner.cli.configuration import typed_settings
+from planner.cli.configuration import files_read, typed_settings
 from planner.cli.link import link_options, link_request, taken_link
 from planner.cli.options import (
     CHECK_GROUPS,
@@ -20,7 +20,7 @@ from planner.cli.options import (
     path_option,
     setting_options,
 )
-from planner.cli.output import StatusLine, narrate
+from planner.cli.output import StatusLine, narrate, refuse_input_file
 from planner.errors import OutputError
 from planner.files import append_output
 from planner.guard.decision import GuardSettings
@@ -137,6 +137,10 @@ def command(
     values = typed_settings("-", given_settings(options), command="guard")
     setup = Setup.of(values)
     setup.require_named("guard")
+    if log is not None:
+        key = link["signing_key"]
+        read = files_read(("-",), values)
+        refuse_input_file(log, read if key is None else [*read, str(key)])
     request = link_request(url, link)
     show = GuardDisplay()
     journal = None if log is None else DecisionLog(log, address=request.address.text)

@@ -13,7 +13,7 @@ from planner.cli.options import format_option, kind_option, path_option
 from planner.cli.output import (
     narrate,
     narrate_seldom,
-    refuse_output_file,
+    refuse_model_file,
     standard_medium,
     write_data,
 )
@@ -74,6 +74,9 @@ if TYPE_CHECKING:
 @path_option("--plots", metavar="DIR", help="draw figures into a folder")
 @kind_option("--plot-format", Choice({"svg": "svg", "png": "png"}), "of them", default="svg")
 @click.option("--segments", "with_segments", is_flag=True, help="list every segment of a flight")
+@click.option(
+    "--force", "is_forced", is_flag=True, help="write over a file that identify has not written"
+)
 @format_option("text", "json")
 def command(
     logs: tuple[str, ...],
@@ -102,7 +105,11 @@ def command(
     if is_listed:
         _list_logs(logs, csv_mapping, file_format)
         return
-    refuse_output_file(output, logs)
+    is_forced = asked.pop("is_forced")
+    if output is not None:
+        files = (mapping, asked["table"], asked["base"])
+        read = [*logs, *(str(one) for one in files if one is not None)]
+        refuse_model_file(output, read, command="identify", is_forced=is_forced)
     settings = _settings(output, logs, asked)
     found = identify_logs(
         logs, settings, mapping=csv_mapping, output=output, on_log=narrate, on_step=narrate_seldom()

@@ -101,14 +101,41 @@ def refuse_output_file(
     """
     if output is None or output == STANDARD_OUTPUT:
         return
-    for name in inputs:
-        if output.exists() and Path(name).exists() and output.samefile(name):
-            msg = f"{output} is read in this call: give another file to write to"
-            raise UsageError(msg)
+    refuse_input_file(output, inputs)
     if output.parent not in made:
         from planner.files import refuse_unwritable
 
         refuse_unwritable(output)
+
+
+def refuse_input_file(output: Path, inputs: Iterable[str]) -> None:
+    """Raise UsageError where a file that is written would take the place of what this call reads."""
+    from planner.files import is_among
+
+    if is_among(output, inputs):
+        msg = f"{output} is read in this call: give another file to write to"
+        raise UsageError(msg)
+
+
+def refuse_model_file(
+    output: Path, inputs: Sequence[str], *, command: str, is_forced: bool
+) -> None:
+    """Raise where a model could not be written, as `refuse_output_file` does.
+
+    Raises UsageError, too, where a file is there that this command has not written: another model, which
+    a run again does not bring back.
+    """
+    refuse_output_file(output, inputs)
+    if is_forced or not output.is_file():
+        return
+    with suppress(OSError), output.open("rb") as file:
+        first = file.readline(200)
+        if not first or first.startswith(f"# Written by mavjoule {command} ".encode()):
+            return
+    msg = (
+        f"{output} exists, and mavjoule {command} has not written it: give another file, or --force"
+    )
+    raise UsageError(msg)
 
 
 def refuse_page(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from planner.cli.configuration import mission_settings
+from planner.cli.configuration import files_read, mission_settings
 from planner.cli.options import data_options
 from planner.cli.output import refuse_output_file, write_data
 from planner.errors import ExitCode
@@ -36,12 +36,13 @@ def command(sign_off: Path, *, file_format: str, output: Path | None) -> ExitCod
         verified_sign_off,
     )
 
-    refuse_output_file(output, (str(sign_off),))
     signed = read_sign_off(sign_off)
-    given = signed_settings(sign_off, signed)
     mission = str(sign_off.parent / signed.mission)
+    settings = mission_settings(mission, signed_settings(sign_off, signed))
+    then = (str(sign_off.parent / one.file) for one in signed.inputs)
+    refuse_output_file(output, (str(sign_off), *then, *files_read((mission,), settings)))
     with bugs_of(str(sign_off)):
-        verified = verified_sign_off(sign_off, signed, mission_settings(mission, given))
+        verified = verified_sign_off(sign_off, signed, settings)
         text = (sign_off_json if file_format == "json" else sign_off_text)(verified)
     write_data(text, output=output)
     return ExitCode.GO if verified.is_valid else ExitCode.NO_GO

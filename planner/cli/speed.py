@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__
-from planner.cli.configuration import mission_settings
+from planner.cli.configuration import files_read, mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
@@ -76,8 +76,8 @@ def command(
     Nothing is judged: the exit code is 0 for every mission that can be read, 2 for others, and 1
     where mavjoule itself fails.
     """
-    refuse_output_file(output, (mission,), made=(plots,))
     settings = mission_settings(mission, given_settings(options))
+    refuse_output_file(output, files_read((mission,), settings), made=(plots,))
     settings.pop("speed_m_s", None)  # a range, not the one speed of a configuration
     with bugs_of(mission):
         curve = speed_curve(

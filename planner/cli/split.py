@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from planner import __version__, quantity
-from planner.cli.configuration import mission_settings
+from planner.cli.configuration import files_read, mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
@@ -63,8 +63,8 @@ def command(
     """
     if folder is None:
         folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
-    refuse_page(report, (mission,), made=(folder,))
     settings = mission_settings(mission, given_settings(options))
+    refuse_page(report, files_read((mission,), settings), made=(folder,))
     with bugs_of(mission):
         split = split_under(
             read_mission(mission), Setup.of(settings), folder=folder, on_step=narrate_seldom()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from planner import quantity
-from planner.cli.configuration import common_settings, mission_settings
+from planner.cli.configuration import common_settings, files_read, mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,
     MISSION_PATH,
@@ -125,14 +125,16 @@ def command(
 
     named, vary = _missions_of(vary)
     missions = tuple(dict.fromkeys((*missions, *named)))
-    _refuse_output((*missions, str(weather)), output, report, plots)
     folder = None if output is None else output.with_name(f"{output.name}.parts")
-    engine = _engine(options.pop("workers"), options.pop("scheduler"))
+    engine = _engine(options["workers"], options["scheduler"])
     line = StatusLine()
     with bugs_of(missions[0]):
+        subject, read = _subject(missions, given_settings(options))
+        others = _files_of(vary, weather, options["scheduler"])
+        _refuse_output((*read, *others), output, report, plots)
         try:
             result = sweep(
-                *_subject(missions, given_settings(options)),
+                *subject,
                 vary=vary,
                 draws=draws,
                 weather=weather,
@@ -169,17 +171,24 @@ def _missions_of(vary: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     return paths, others
 
 
+def _files_of(vary: Sequence[str], weather: Path | None, scheduler: str | None) -> list[str]:
+    """Return what may be files of those that say what varies, and where the work is done."""
+    values = [value.strip() for one in vary for value in one.partition("=")[2].split(",")]
+    return [*values, *(str(one) for one in (weather, scheduler) if one is not None)]
+
+
 def _subject(
     missions: Sequence[str], given: dict[str, Any]
-) -> tuple[list[Mission], Setup] | tuple[Fleet, None]:
-    """Return what is swept: missions with their setup, or a fleet, which has its own.
+) -> tuple[tuple[list[Mission], Setup] | tuple[Fleet, None], Sequence[str]]:
+    """Return what is swept, missions with their setup or a fleet, which has its own, and what was read.
 
     Raises UsageError if a fleet is not alone, or a setting is given that its vehicles have of their own.
     """
     if not any(name.endswith(".toml") for name in missions):
         settings = [mission_settings(mission, given) for mission in missions]
         read = [read_mission(mission) for mission in missions]
-        return read, Setup.of(common_settings(settings, Setup))
+        setup = Setup.of(common_settings(settings, Setup))
+        return (read, setup), files_read(missions, *settings)
     from planner.fleet.reader import read_fleet
     from planner.service.sweep.sweep import OF_VEHICLES
 
@@ -192,7 +201,8 @@ def _subject(
                 f"{settings_by_key()[key].option}: each vehicle, pack or job of a fleet has its own"
             )
             raise UsageError(msg)
-    return read_fleet(missions[0], given=given), None
+    fleet = read_fleet(missions[0], given=given)
+    return (fleet, None), fleet.files_read
 
 
 def _refuse_output(

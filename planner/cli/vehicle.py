@@ -13,8 +13,15 @@ from planner import __version__
 from planner.autopilot import Autopilot
 from planner.cli.log_conditions import given_log_table, log_options
 from planner.cli.options import KindType, data_options, format_option, kind_option, path_option
-from planner.cli.output import narrate, standard_medium, write_data
+from planner.cli.output import (
+    narrate,
+    refuse_model_file,
+    refuse_output_file,
+    standard_medium,
+    write_data,
+)
 from planner.errors import UsageError
+from planner.files import is_among
 from planner.notation import battery_text, read_battery
 from planner.setting import Choice, Form, Number
 from planner.setup import settings
@@ -157,6 +164,8 @@ def new(
     if output.suffix != ".toml":
         msg = f"{output}: a model is a file that ends in .toml"
         raise UsageError(msg)
+    files = (params, moves_like)
+    refuse_output_file(output, [str(one) for one in files if one is not None])
     if output.exists() and not force:
         msg = f"{output} exists already: give another name, or --force"
         raise UsageError(msg)
@@ -229,6 +238,7 @@ def _answer(kind: Kind, text: str) -> tuple[str, object] | None:
     metavar="MODEL.toml",
     help="the narrowed model [default: the file that MODEL is]",
 )
+@click.option("--force", is_flag=True, help="write over a file that refine has not written")
 @log_options
 @format_option("text", "json")
 def refine(
@@ -236,6 +246,7 @@ def refine(
     logs: tuple[str, ...],
     *,
     output: Path | None,
+    force: bool,
     file_format: str,
     **asked: Any,  # noqa: ANN401 - as click reads them
 ) -> None:
@@ -256,6 +267,9 @@ def refine(
         msg = f"{model} is a shipped model: name the file of the narrowed one with -o"
         raise UsageError(msg)
     output = output or Path(model)
+    read = [*logs, *(str(one) for one in (asked["table"],) if one is not None)]
+    is_own = is_among(output, [model])  # narrowed where it is
+    refuse_model_file(output, read, command="vehicle refine", is_forced=force or is_own)
     vehicle = replace(load_vehicle(model), name=output.stem)
     refined = refine_logs(vehicle, logs, logs=given_log_table(asked, logs), on_log=narrate)
     write_vehicle(
@@ -295,6 +309,7 @@ def show(
     from planner.service.endurance import predict_endurance
     from planner.vehicle.library import load_vehicle
 
+    refuse_output_file(output, (vehicle,))
     shown = predict_endurance(load_vehicle(vehicle), payload_kg=payload_kg)
     write_data(
         endurance_json(shown, version=__version__)

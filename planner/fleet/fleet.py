@@ -601,6 +601,15 @@ class Fleet(Value):
     """``None``: no packs are given."""
     digest: str = ""
     """SHA-256 of the file."""
+    setting_files: tuple[str, ...] = ()
+    """What was read of models, parameters, terrain and the like."""
+
+    @property
+    def files_read(self) -> tuple[str, ...]:
+        """Every file that is read to judge it: its own, those of its settings, all missions."""
+        jobs = (one.mission for one in self.jobs.values())
+        flown = map(self.mission_of, self.sorties.values())
+        return (self.source, *self.setting_files, *jobs, *flown)
 
     @property
     def group_setup(self) -> Setup:

@@ -32,7 +32,7 @@ from planner.fleet.fleet import (
     VehicleTable,
 )
 from planner.setting import Group
-from planner.setup import RestVoltage, Setup, settings
+from planner.setup import RestVoltage, Setup, files_named, settings
 from planner.values import field_values, replace
 from planner.vehicle.declared import Draft, Part, shown
 from planner.vehicle.library import load_vehicle
@@ -154,6 +154,7 @@ class _FleetReading(Reading):
         self._given = given
         self._files: dict[tuple[str, str], Any] = {}
         """What was read from a file that a setting names, by key and what is written."""
+        self._named_files: dict[str, None] = {}
 
     def fleet(self, document: dict[str, Any], *, source: str) -> Fleet:
         """Return the fleet of a document; with problems it is not whole."""
@@ -191,6 +192,7 @@ class _FleetReading(Reading):
             layers=self._single(document, "layers", Layers),
             swarm=self._single(document, "swarm", SwarmTask),
             swap=self._single(document, "swap", Swap),
+            setting_files=tuple(self._named_files),
         )
 
     def _table_of(self, document: Mapping[str, Any], name: str, where: str = "") -> dict[str, Any]:
@@ -277,10 +279,9 @@ class _FleetReading(Reading):
             return self._files[at]
 
         model = getattr(vehicle, "model", None)
-        return Setup.of(
-            {"vehicle": model if isinstance(model, str) else None, **own, **self._given},
-            loaded=loaded,
-        )
+        values = {"vehicle": model if isinstance(model, str) else None, **own, **self._given}
+        self._named_files |= dict.fromkeys(files_named(values))
+        return Setup.of(values, loaded=loaded)
 
     def _cross_check(
         self, named: Mapping[type[NamedPart], _Named], document: Mapping[str, Any]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.errors import FleetPlanError, UsageError
-from planner.files import make_output_folder, write_output_files
+from planner.files import is_among, make_output_folder, write_output_files
 from planner.findings import Severity
 from planner.fleet.schedule import EFFORT_S, Objective, Patience, best_schedule, smallest_conflict
 from planner.fleet.separation import predict_conflicts
@@ -201,7 +201,7 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
     """
     folder = Path(folder)
     file = folder / PLAN_FILE
-    if file.exists() and file.samefile(plan.fleet.source):
+    if is_among(file, [plan.fleet.source]):
         msg = f"{file} is the fleet that is planned: give another folder"
         raise UsageError(msg)
     texts: dict[Path, str | bytes] = {Path(path): text for path, text in plan.missions.items()}
@@ -216,6 +216,11 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
     texts[file] = fleet_file_text(replace(plan.fleet, sorties=sorties), folder)
     if not force and (there := [path for path in texts if path.exists()]):
         msg = f"{there[0]} exists already: give another folder, or --force"
+        raise UsageError(msg)
+    jobs = (job.mission for job in plan.fleet.jobs.values())
+    read = [*plan.fleet.setting_files, *jobs]
+    if own := [path for path in texts if is_among(path, read)]:
+        msg = f"{own[0]} is read for this plan: give another folder"
         raise UsageError(msg)
     make_output_folder(folder, holding="the plan")
     write_output_files(texts)

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner import catalogue, quantity
 from planner.errors import SplitError, UsageError
-from planner.files import make_output_folder, write_output_files
+from planner.files import is_among, make_output_folder, write_output_files
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import command_name
@@ -511,6 +511,9 @@ def write_split(split: Split, folder: Path, *, force: bool = False) -> None:
         raise UsageError(msg)
     if there and not force:
         msg = f"{there[0]} exists already: give another folder, or --force"
+        raise UsageError(msg)
+    if own := [path for path in paths if is_among(path, [split.file])]:
+        msg = f"{own[0]} is the mission that is split: give another folder"
         raise UsageError(msg)
     make_output_folder(folder, holding="parts")
     write_output_files({path: part.text for path, part in zip(paths, split.parts, strict=True)})

@@ -189,7 +189,7 @@ def commands() -> tuple[Command, ...]:
         ),
         Command(
             "identify",
-            ("identify", "a.ulg", "-o", "own.toml", "--mass", "1.5", "--cells", "4"),
+            ("identify", "a.ulg", "-o", "own.toml", "--mass", "1.5", "--cells", "4", "--force"),
             {"a.ulg": px4_log().content(), **old("own.toml")},
         ),
         Command(

@@ -15,13 +15,14 @@ from textual.widgets import Input, Static
 
 from planner import __version__, quantity
 from planner.errors import MavjouleError, UsageError
-from planner.files import write_output_file
+from planner.files import is_among, write_output_file
 from planner.mission.convert import mission_at_speed
 from planner.mission.files import write_mission
 from planner.report.json import check_json
 from planner.report.split import flown_text
 from planner.report.text import Medium, check_text, headline, printable
 from planner.service.conversion import convert_file
+from planner.setup import files_named
 from planner.tui.rows import finding_line
 
 if TYPE_CHECKING:
@@ -72,15 +73,12 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
     if suffix not in {".txt", ".json", ".html", *MISSION_SUFFIXES}:
         msg = "expected .txt, .json or .html for the report, .plan or .waypoints for the mission"
         raise UsageError(msg)
-    settings = checked.what_if.values()
-    read = (checked.file, *(str(settings.get(key, "")) for key in ("vehicle", "params", "profile")))
-    if path.exists():
-        if any(Path(one).is_file() and path.samefile(one) for one in read):
-            msg = f"{path} is an input of this review: choose another name"
-            raise UsageError(msg)
-        if not replace:
-            msg = f"{path} exists: press Enter again to overwrite it"
-            raise OverwriteError(msg)
+    if is_among(path, (checked.file, *files_named(checked.what_if.values()))):
+        msg = f"{path} is an input of this review: choose another name"
+        raise UsageError(msg)
+    if path.exists() and not replace:
+        msg = f"{path} exists: press Enter again to overwrite it"
+        raise OverwriteError(msg)
     if suffix in MISSION_SUFFIXES:
         return _save_mission(checked, path)
     if checked.tried_speed:
