@@ -251,11 +251,12 @@ class MissionState(Position, kw_only=True, eq=False):
 
     def _needs_heading(self, item: MissionItem) -> bool:
         """Return whether PX4 gives the mission up where it does not look there in time (force_heading)."""
-        asked: Mapping[int, float | None] = {
-            Command.NAV_LOITER_TIME: item.param2,
-            Command.NAV_LOITER_TO_ALT: item.param1,
-        }
-        return self.dialect is Autopilot.PX4 and (asked.get(item.command) or 0.0) > 0.0
+        asked = None
+        if self.dialect is Autopilot.PX4 and item.command == Command.NAV_LOITER_TIME:
+            asked = item.param2
+        elif self.dialect is Autopilot.PX4 and item.command == Command.NAV_LOITER_TO_ALT:
+            asked = item.param1
+        return (asked or 0.0) > 0.0
 
     @property
     def in_air(self) -> bool:

@@ -380,7 +380,8 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
 
 def carry_out(state: MissionState, item: MissionItem) -> None:
     """Make of the flight what the command of an item makes of it."""
-    rises_here = item.command == Command.NAV_LOITER_TO_ALT and not item.names_place
-    if is_destination(item.command) and item.command not in _UP_OR_DOWN and not rises_here:
-        commanded.begin_leg(state, item)
+    if state.climb_speed_m_s is not None or state.descent_speed_m_s is not None:
+        rises_here = item.command == Command.NAV_LOITER_TO_ALT and not item.names_place
+        if is_destination(item.command) and item.command not in _UP_OR_DOWN and not rises_here:
+            commanded.begin_leg(state, item)
     _HANDLERS.get(item.command, commanded.pass_by)(state, item)
