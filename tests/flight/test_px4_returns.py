@@ -10,7 +10,7 @@ from ardupilot_missions import go, stage, takeoff
 from made_returns import to_home
 from px4_flights import fly_px4, px4_returns
 
-from planner.flight.motion.kinematics import STATES
+from planner.flight.motion.kinematics import STATES, Motion
 from planner.flight.motion.px4.moves import return_heights_m
 from planner.flight.pilot import make_pilot
 from planner.mission.route.stage import Stage, StageKind
@@ -74,6 +74,51 @@ def test_a_mission_s_return_about_its_least_distance_takes_the_higher_way(
     motion = fly_px4((takeoff(12.0), go(0.0, distance_m, 12.0, hold=9.0), RETURN), PX4)
     state = motion.state_at_time(np.linspace(0.0, float(motion.segments.end_s[-1]), 2000))
     assert state.height_m.max() == pytest.approx(highest_m, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "least_m", "far_m", "near_m", "flown_s"),
+    [
+        (8.0, 10.0, 60.0, 4.0, 80.6),
+        (8.0, 5.0, 60.0, 1.0, 80.5),
+        (15.0, 20.0, 90.0, 12.0, 90.0),
+        (6.0, 30.0, 70.0, 26.0, 85.8),
+        (6.0, 30.0, 90.0, 25.0, 93.9),
+    ],
+)
+def test_a_mission_s_return_begins_where_a_wide_waypoint_near_home_counts_as_reached(
+    radius_m: float, least_m: float, far_m: float, near_m: float, flown_s: float
+) -> None:
+    # Flown in simulation, and to 29.7 to 29.9 m: up to 18 m higher and 20 s longer than from the waypoint.
+    wide = replace(PX4, acceptance_radius_m=radius_m, return_min_distance_m=least_m)
+    motion = fly_px4((takeoff(12.0), go(0.0, far_m, 12.0), go(0.0, near_m, 12.0), RETURN), wide)
+    assert float(motion.segments.end_s[-1]) == pytest.approx(flown_s, rel=0.035)
+    assert _highest_m(motion) == pytest.approx(30.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "near_m", "highest_m"),
+    [
+        # Within 3 m of the place, what a return's is uncertain by: 6.9 m and 7.1 m count, less than 10 m by
+        # those 3 m and more.
+        (2.9, 6.9, 12.0),
+        (2.9, 7.1, 30.0),
+        # Begun 5 m before it, at 6.9 m in the cone, no higher than 2 NAV_ACC_RAD, and at 7.1 m beyond it.
+        (5.0, 1.9, 12.0),
+        (5.0, 2.1, 30.0),
+    ],
+)
+def test_a_return_is_as_high_as_where_its_waypoint_counts_as_reached_decides(
+    radius_m: float, near_m: float, highest_m: float
+) -> None:
+    wide = replace(PX4, acceptance_radius_m=radius_m)
+    motion = fly_px4((takeoff(12.0), go(0.0, 60.0, 12.0), go(0.0, near_m, 12.0), RETURN), wide)
+    assert _highest_m(motion) == pytest.approx(highest_m, abs=0.5)
+
+
+def _highest_m(motion: Motion) -> float:
+    state = motion.state_at_time(np.linspace(0.0, float(motion.segments.end_s[-1]), 2000))
+    return float(state.height_m.max())
 
 
 def test_a_return_from_above_its_height_does_not_climb() -> None:

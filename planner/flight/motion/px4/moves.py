@@ -336,7 +336,7 @@ def _moves_along(
         if path is None:
             rows += navigator.straight_home(k, k, home_m[k], rally_m[k])
         else:
-            rows += navigator.home_along(k, k, path)
+            rows += navigator.home_along(k, k, path, begins_m=places_m[k].tolist())
     moves = Moves.of(rows, parameters)
     is_first = np.diff(moves.stage, prepend=-1) > 0
     return replace(moves, is_first=is_first, start_m=places_m[moves.stage])
@@ -388,7 +388,8 @@ class _Navigator:
                 hold_s = stage.hold_s
                 yield self._move(index, stage.item, hold_s=hold_s, is_stop=True, is_landing=True)
             case StageKind.RETURN if stage.return_path is not None:
-                yield from self.home_along(index, stage.item, stage.return_path)
+                begins = passed_at_m or self._place_m
+                yield from self.home_along(index, stage.item, stage.return_path, begins_m=begins)
             case StageKind.RETURN:
                 self._is_afar |= passed_at_m is not None
                 self.east_m, self.north_m, self.height_m = passed_at_m or self._place_m
@@ -418,8 +419,10 @@ class _Navigator:
             yield stop._replace(is_landing=leg == _LANDING, yaw_rad=yaw, goes_on=goes_on)
         self.is_airborne = False
 
-    def home_along(self, index: int, item: int, path: ReturnPath) -> Iterator[Move]:
-        """Yield the moves of a return along items of the mission.
+    def home_along(
+        self, index: int, item: int, path: ReturnPath, *, begins_m: tuple[float, float, float]
+    ) -> Iterator[Move]:
+        """Yield the moves of a return along items of the mission, begun at or before the last place.
 
         Notes
         -----
@@ -430,7 +433,10 @@ class _Navigator:
         speed = self.parameters.cruise_speed_m_s if path.speed_m_s is None else path.speed_m_s
         self.speed_m_s = min(speed, self.parameters.speed_max_m_s)
         is_seen = False
-        height_m = return_path_height_m(np.array(self._place_m), path, self._return_parameters)
+        height_m = max(
+            return_path_height_m(np.array(place), path, self._return_parameters)
+            for place in (self._place_m, (*begins_m[:2], self.height_m))
+        )
         if height_m > self.height_m:
             self.height_m = height_m
             yield self._move(index, item, is_stop=True, is_return=True)
@@ -530,9 +536,14 @@ class _Navigator:
     def _passed_m(
         self, begin_m: tuple[float, float, float], move: Move
     ) -> tuple[float, float, float] | None:
-        """Return where a waypoint counts as passed, of which a return begins, if that is afar. [m]"""
+        """Return where a waypoint counts as passed, of which a return begins, if that is afar. [m]
+
+        With a radius beyond NAV_ACC_RAD, or farther than a return's place is uncertain by: RTL's decision
+        (``RTL::computeReturnAltitude``) and its climb are of where the vehicle is.
+        """
         level = math.dist(move.target_m[:2], begin_m[:2])
-        tail_m, near_m = min(level, move.reach_m), self.parameters.acceptance_radius_m
+        tail_m = min(level, move.reach_m)
+        near_m = min(self.parameters.acceptance_radius_m, RETURN_PLACE_ERROR_M)
         if tail_m <= near_m:  # with a hold it is no farther
             return None
         asked = (np.array(one) for one in (tail_m, move.speed_m_s, move.hold_s))
