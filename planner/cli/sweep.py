@@ -140,7 +140,7 @@ def command(
                 weather=weather,
                 folder=folder,
                 engine=engine,
-                on_progress=_reporter(line, progress_text),
+                on_progress=_reporter(line, progress_text, folder),
             )
         except KeyboardInterrupt:
             if folder is not None:
@@ -258,21 +258,23 @@ def _draw(result: Sweep, report: Path | None, plots: Path | None) -> None:
 
 def _narrate_before(result: Sweep) -> None:
     """Report what was there of a sweep that was broken off."""
-    if result.changed:
-        narrate(
-            f"{' and '.join(result.changed)} changed since this sweep was broken off: begun anew"
-        )
-    elif result.resumed:
+    if result.resumed:
         narrate(f"{quantity.count(result.resumed, 'case')} of before: the others were checked now")
 
 
 def _reporter(
-    line: StatusLine, text_of: Callable[[SweepProgress], str]
+    line: StatusLine, text_of: Callable[[SweepProgress], str], folder: Path | None
 ) -> Callable[[SweepProgress], None]:
     """Return what reports progress: in one line on a terminal, else seldom."""
     seldom = narrate_seldom()
 
     def report(progress: SweepProgress) -> None:
+        if progress.changed:
+            text = f"{' and '.join(progress.changed)} changed since this sweep was broken off: begun anew"
+            if progress.aside is not None:
+                text += f"; what was done is in {progress.aside}: as {folder} it goes on"
+            line.narrate(text)
+            return
         with suppress(OSError):
             if line.is_terminal:
                 line.show(text_of(progress))

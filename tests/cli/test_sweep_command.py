@@ -114,3 +114,34 @@ def test_settings_that_came_with_missions_are_named(
     assert main([*given, "--risk", "5%"]) == ExitCode.GO
     both = f"settings from mavjoule.toml, {Path('site', 'mavjoule.toml')}: battery 12Wh\n"
     assert both in capsys.readouterr().out
+
+
+def test_what_was_done_of_another_sweep_is_put_aside_and_named_before_anything_is_done(
+    mission: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    call = ["sweep", mission, *ARGUMENTS, "-o", "out.csv"]
+    parts, aside = Path("out.csv.parts"), Path("out.csv.parts.1")
+    with monkeypatch.context() as patch:
+        patch.setattr("planner.cli.sweep._narrate_before", stop)  # all is checked, nothing written
+        assert main(call) == ExitCode.INTERRUPTED
+    done = {path.name: path.read_bytes() for path in parts.iterdir()}
+    assert len(done) > 1
+    capsys.readouterr()
+    other = [*call[:-2], "--vary", "payload=0,0.1", "-o", "out.csv"]
+    with monkeypatch.context() as patch:
+        patch.setattr("planner.service.sweep.engines.CoresEngine.run", stop)
+        assert main(other) == ExitCode.INTERRUPTED
+    assert (
+        "what varies changed since this sweep was broken off: begun anew; what was done is in "
+        "out.csv.parts.1: as out.csv.parts it goes on"
+    ) in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in aside.iterdir()} == done
+    assert main(other) == ExitCode.GO
+    assert not parts.exists()
+    aside.rename(parts)
+    capsys.readouterr()
+    assert main(call) == ExitCode.GO
+    assert "4 cases of before" in capsys.readouterr().err

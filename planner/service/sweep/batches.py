@@ -1,7 +1,8 @@
 """Batches: the cases of a sweep in pieces, each a file that is on the disk whole or not at all.
 
 They lie in a folder beside the table, with the marks of the plan they are of.  A sweep that is broken off
-at any moment goes on with those that are missing; one whose input has changed starts anew.
+at any moment goes on with those that are missing; one whose input has changed starts anew, and puts
+aside what there was.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 from collections import deque
 from contextlib import contextmanager, suppress
+from itertools import count as count_from
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -75,6 +77,8 @@ class BatchFolder:
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         self._folder, self._plan = folder, plan
+        self.aside: Path | None = None
+        """Where the batches of another plan were put; ``None``: there were none."""
 
     @contextmanager
     def held(self) -> Iterator[None]:
@@ -105,19 +109,28 @@ class BatchFolder:
             msg = f"{self._folder}: holds {others[0].name}, which is no batch of a sweep: move it"
             raise OutputError(msg)
         changed: tuple[str, ...] = ()
-        if known.exists():
+        if known.exists() or any(self._files()):
             before: dict[str, str] = {}
-            with suppress(msgspec.DecodeError):
+            with suppress(FileNotFoundError, msgspec.DecodeError):  # then nothing is known of them
                 before = msgspec.json.decode(known.read_bytes(), type=_Marks).marks
             if before == self._plan.marks:
                 return ()
             changed = tuple(
                 name for name, mark in self._plan.marks.items() if before.get(name) != mark
             )
-        for path, _, _ in self._files():  # of another plan, or of none that is known
-            path.unlink()
+        if any(self._files()):  # of another plan, or of none that is known
+            self._put_aside()
         self._write(_PLAN, msgspec.json.encode(_Marks(marks=self._plan.marks)))
         return changed
+
+    def _put_aside(self) -> None:
+        """Keep the batches that are there in a folder beside, from which their sweep can go on."""
+        beside = (self._folder.with_name(f"{self._folder.name}.{n}") for n in count_from(1))
+        self.aside = next(path for path in beside if not path.exists())
+        make_output_folder(self.aside, holding="the batches of a sweep")
+        known = self._folder / _PLAN
+        for path in [*(path for path, _, _ in self._files()), *([known] if known.exists() else ())]:
+            path.replace(self.aside / path.name)
 
     def done(self) -> dict[int, int]:
         """Return the whole batches there are: how many cases each holds, by the number of its first."""

@@ -48,6 +48,10 @@ class SweepProgress(Value):
     """Since it began."""
     begun: int
     """Cases that were done before."""
+    changed: tuple[str, ...] = ()
+    """What has changed since a sweep that was broken off; told once, before anything is done anew."""
+    aside: Path | None = None
+    """Where what was done of that one is now."""
 
     @property
     def rate(self) -> float:
@@ -163,7 +167,7 @@ def sweep(
     engine : Engine, optional
         Where the work is done: `CoresEngine` or `ClusterEngine`; by default on every core here.
     on_progress : callable, optional
-        Called after each batch.
+        Called after each batch, and first of all where something changed since a sweep was broken off.
 
     Returns
     -------
@@ -184,6 +188,16 @@ def sweep(
     with nullcontext() if kept is None else kept.held():
         changed = () if kept is None else kept.open()
         done = {} if kept is None else _whole(kept)
+        if kept is not None and changed and on_progress is not None:
+            start = SweepProgress(
+                done=0,
+                total=len(plan.cases),
+                seconds=0.0,
+                begun=0,
+                changed=changed,
+                aside=kept.aside,
+            )
+            on_progress(start)
         jobs, begun = Jobs(plan.cases, done), sum(done.values())
         if engine is None:
             engine = CoresEngine(core_count() if jobs.left >= _FEW else 1)
