@@ -258,3 +258,13 @@ def test_a_vehicle_with_drag_waits_over_a_waypoint_for_its_height_alone() -> Non
     motion = fly_px4((takeoff(20.0), *legs), PX4, drag_per_s=1.0)
     reached_s = motion.segments.end_s[motion.arrival_segment]
     assert np.diff(reached_s)[4:7:2] == pytest.approx(1.70, abs=0.1)
+
+
+@pytest.mark.parametrize("turned_deg", [30.0, 40.0, 50.0])
+@pytest.mark.parametrize("length_m", [0.5, 0.6, 0.7, 1.5])
+def test_the_end_of_a_flight_has_a_way_to_stop(length_m: float, turned_deg: float) -> None:
+    """Also where the last place is reached within the turn to it, which ends R before that place."""
+    turned = math.radians(turned_deg)
+    last = go(60.0 + length_m * math.cos(turned), length_m * math.sin(turned))
+    end = fly_px4((takeoff(), go(60.0), last), PX4).segments
+    assert end.stopping_distance_m[-1] == pytest.approx(end.distance_m[-1] + R, abs=1e-3)

@@ -321,8 +321,11 @@ def _segments(
     stopping_m[cruises] = stopping_distance_m(top[move[cruises]], parameters, drag_per_s)
     # A stop goes on beyond the place that counts as reached.
     beyond_m, stops = limits.tail_m * level, planned.is_leg & (planned.final_level_m_s == 0.0)
-    brakes = np.flatnonzero((slot == BRAKE) & stops[move])
-    stopping_m[brakes] = way_m[brakes] + beyond_m[move[brakes]]
+    # One that is reached within its turn has no braking of its own, and no direction left.
+    turned = stops & (limits.length_m == 0.0) & ~steep
+    beyond_m[turned] = (limits.tail_m * horizontal(planned.direction))[turned]
+    ending = (slot == BRAKE) & stops[move] | (slot == RAMP) & turned[move]
+    stopping_m[ending] = (way_m + beyond_m[move])[ending]
     return SegmentColumns(
         item=moves.item[move],
         state=state,
