@@ -153,9 +153,10 @@ class Remarks:
         item: int | None = None,
         place: Place | None = None,
         severity: Severity | None = None,
+        fix: str | None = None,
     ) -> None:
         """Add one occurrence of a rule; only the first of each rule and severity is kept."""
-        finding = rule.finding(message, item=item, place=place, severity=severity)
+        finding = rule.finding(message, item=item, place=place, severity=severity, fix=fix)
         key = (finding.code, finding.severity)
         self._first.setdefault(key, finding)
         self._count[key] = self._count.get(key, 0) + 1

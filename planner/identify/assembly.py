@@ -691,6 +691,7 @@ _ADVICE = {
     "no power in the log": "log battery current and voltage, or name a base model with --base for the power",
     "no flight has voltage and current": "log battery current and voltage",
     "battery capacity unknown": "give --capacity, or levels before and after the flights with --table",
+    "of the charge was used": "log a longer flight, which uses more of the charge",
     "current hardly varies": "fly climbs or stops: the current has to change to show the resistance",
     "faster than the sampling": "log references and motion at a higher rate",
 }

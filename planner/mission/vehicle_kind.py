@@ -80,8 +80,8 @@ def vehicle_evidence(
     is a circle or its radius.  DO_LAND_START alone is none either, ArduCopter knows it.
     """
     if vehicle_type is not None and vehicle_type != _GENERIC:
-        kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, "another kind"))
-        reason = f"the file has vehicleType {vehicle_type} ({name})"
+        kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, ""))
+        reason = f"the file has vehicleType {vehicle_type}" + (f" ({name})" if name else "")
         may_be_flown = kind is VehicleKind.HELICOPTER
         return VehicleEvidence(
             kind=kind, is_certain=not may_be_flown, reason=reason, is_weak=may_be_flown

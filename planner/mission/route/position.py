@@ -337,9 +337,13 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
         ground_m = ground_amsl_m(self.terrain, *place_deg)
         return None if ground_m is None else ground_m - self.ground_datum_m
 
-    def remark(self, rule: Rule, message: str, *, severity: Severity | None = None) -> None:
+    def remark(
+        self, rule: Rule, message: str, *, severity: Severity | None = None, fix: str | None = None
+    ) -> None:
         """Report something about the item being followed."""
-        self.remarks.add(rule, message, item=self.number, place=self.place, severity=severity)
+        self.remarks.add(
+            rule, message, item=self.number, place=self.place, severity=severity, fix=fix
+        )
 
     def refuse(self, item: MissionItem, why: str) -> NoReturn:
         """Raise the error about a number that no vehicle can fly."""

@@ -481,8 +481,10 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
         return [VEHICLE_ASSUMED.finding(message)]
     if vehicle is None or vehicle.kind is VehicleKind.MULTICOPTER:
         return []
-    article = "an" if vehicle.kind is VehicleKind.OTHER else "a"
-    kind = f"{article} {vehicle.kind} mission ({vehicle.reason})"
+    of = "mission for another kind of vehicle"
+    if vehicle.kind is not VehicleKind.OTHER:
+        of = f"{vehicle.kind} mission"
+    kind = f"a {of} ({vehicle.reason})"
     if vehicle.is_certain:
         message = f"this is {kind}; mavjoule predicts multicopters only"
         raise OtherVehicleError(message, source=mission.source)

@@ -198,7 +198,7 @@ def delay(state: MissionState, item: MissionItem) -> None:
     elif not in_air:
         wait = quantity.duration(seconds)
         message = f"waits {wait} on the ground before the take-off: not counted"
-        state.remark(WAIT_NOT_COUNTED, message)
+        state.remark(WAIT_NOT_COUNTED, message, fix="wait less, or allow for the wait yourself")
     elif circles.circles_on(state):
         circles.circle_on(state, item, seconds)
     else:
@@ -248,6 +248,7 @@ def guided(state: MissionState, item: MissionItem) -> None:
             WAITS_FOR_EVER,
             "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
             "DO_GUIDED_LIMITS ends it; predicted without the wait",
+            fix="remove NAV_GUIDED_ENABLE, unless a companion computer will end it",
         )
 
 
