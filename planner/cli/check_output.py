@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner import __version__, quantity
-from planner.cli.output import narrate, refuse_columns, standard_medium, write_columns, write_data
+from planner.cli.output import (
+    narrate,
+    refuse_columns,
+    refuse_page_name,
+    standard_medium,
+    write_columns,
+    write_data,
+)
 from planner.errors import UsageError
 from planner.service.preflight import UnreadableMission
 
@@ -58,6 +65,7 @@ def _refuse_formats(asked: Output) -> None:
     if asked.report is not None:
         from planner.report.html.page import refuse_without_libraries
 
+        refuse_page_name(asked.report)
         refuse_without_libraries()
     if asked.plots is not None:
         from planner.report.plots.picture_files import load_altair, load_converter

@@ -21,6 +21,7 @@ _SILENCE_S = 2.0
 One = TypeVar("One")
 
 _CSV, _PARQUET = ".csv", ".parquet"
+_PAGES = frozenset({".html", ".htm", ".xhtml", ""})
 STANDARD_OUTPUT = Path("-")
 """What stands for standard output among files."""
 _WIDEST = 100
@@ -153,8 +154,16 @@ def refuse_page(
     if output is not None and output.resolve() == report.resolve():
         msg = "--output and --report name the same file: give them one each"
         raise UsageError(msg)
+    refuse_page_name(report)
     refuse_output_file(report, inputs, made=made)
     refuse_without_libraries()
+
+
+def refuse_page_name(report: Path) -> None:
+    """Raise ``UsageError`` where the name of a page promises another format than HTML."""
+    if report.suffix.lower() not in _PAGES:
+        msg = f"{report}: --report writes a page of HTML: give a name that ends in .html"
+        raise UsageError(msg)
 
 
 def progress(done: Iterable[One], *, of: int, label: str) -> Iterator[One]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner import __version__
+from planner import __version__, quantity
 from planner.cli.options import (
     data_options,
     given_settings,
@@ -219,9 +218,17 @@ def _draw_intervals(
 def _exit_code(
     done: Sequence[Verification], most_time: float | None, most_energy: float | None
 ) -> ExitCode:
+    """Return whether every flight is as near as asked, and say which is not."""
+    code = ExitCode.GO
     for one in done:
-        is_late = most_time is not None and abs(one.time_fraction) > most_time
-        energy = math.inf if one.energy_fraction is None else abs(one.energy_fraction)
-        if is_late or (most_energy is not None and energy > most_energy):
-            return ExitCode.NO_GO
-    return ExitCode.GO
+        for what, off, most in (
+            ("time", one.time_fraction, most_time),
+            ("energy", one.energy_fraction, most_energy),
+        ):
+            if most is None or (off is not None and abs(off) <= most):
+                continue
+            error = "not known" if off is None else quantity.percent(off)
+            limit = quantity.exact_percent(most)
+            narrate(f"{one.log}: error of {what} {error}, --fail-on-{what} {limit}")
+            code = ExitCode.NO_GO
+    return code

@@ -96,6 +96,27 @@ def test_a_report_goes_to_a_file_and_the_verdict_to_standard_error(
     assert json.loads(Path("a.json").read_text(encoding="utf-8"))["schema"] == 1
 
 
+@pytest.mark.parametrize("name", ["a.pdf", "a.csv", "a.HTML.txt"])
+def test_a_page_under_the_name_of_another_format_is_refused(
+    name: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for command in (["check", mission], ["compare", mission, mission], ["split", mission]):
+        assert main([*command, "--battery", "77Wh", "--report", name]) == 2
+        assert "give a name that ends in .html" in capsys.readouterr().err
+        assert not Path(name).exists()
+
+
+@pytest.mark.usefixtures("mission")
+def test_nothing_flown_is_judged_for_the_battery_of_the_model(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("empty.waypoints").write_text("QGC WPL 110\n", encoding="utf-8")
+    main(["check", "empty.waypoints", "--vehicle", "arducopter-sitl-quad"])
+    assert (
+        capsys.readouterr().out.splitlines()[1] == "arducopter-sitl-quad, battery 178 Wh, no wind"
+    )
+
+
 def test_the_configuration_of_each_mission_holds_for_it_alone(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -120,7 +141,7 @@ def test_an_ignored_finding_is_counted_but_neither_reported_nor_judged(
     out = capsys.readouterr().out
     assert "E108 condition" not in out
     assert "X902 no-terrain-data: " not in out, "still in the list of what was not checked"
-    assert "(not counting 1 warning)" in out.splitlines()[0]
+    assert "(1 warning suppressed)" in out.splitlines()[0]
     assert main([*warned, "--select", "X", "--format", "json"]) == 0
     [told] = json.loads(capsys.readouterr().out)["missions"]
     assert {finding["code"] for finding in told["findings"]} == {"X902"}

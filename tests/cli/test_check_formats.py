@@ -148,7 +148,7 @@ def test_a_known_finding_is_not_reported_again_until_it_changes(
     assert main([*arguments, "--baseline", "known.json"]) == 0
     out = capsys.readouterr().out
     assert "E108" not in out
-    assert out.splitlines()[0] == "GO  out.waypoints (not counting 1 warning)"
+    assert out.splitlines()[0] == "GO  out.waypoints (1 warning suppressed)"
     assert main([*arguments, "--temperature", "25", "--baseline", "known.json"]) == 1
     assert "temperature of 25" in capsys.readouterr().out
 
@@ -194,6 +194,5 @@ def test_a_verdict_on_standard_error_says_what_it_does_not_count(
     arguments = ["check", mission, *warned, "--ignore", "E", "--format", "sarif"]
     assert main([*arguments, "--output", "report.sarif"]) == 0
     assert capsys.readouterr().err == (
-        "mavjoule: 1 mission: 1 GO, 0 NO-GO (not counting 1 warning); "
-        "the report is in report.sarif\n"
+        "mavjoule: 1 mission: 1 GO, 0 NO-GO (1 warning suppressed); the report is in report.sarif\n"
     )

@@ -62,9 +62,16 @@ def test_a_mission_and_a_wind_given_take_the_place_of_the_logs(
     assert flight["error"]["time_fraction"] > 1.0
 
 
-def test_errors_above_a_threshold_exit_with_one(log: str, mission: str) -> None:
+def test_errors_above_a_threshold_exit_with_one_and_say_so(
+    log: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["verify", MODEL, log, "--mission", mission, "--fail-on-time", "5%"]) == 1
     assert main(["verify", MODEL, log, "--mission", mission, "--fail-on-energy", "10%"]) == 1
+    told = capsys.readouterr().err
+    assert f"mavjoule: {log}: error of time " in told
+    assert "%, --fail-on-time 5%\n" in told
+    assert f"mavjoule: {log}: error of energy " in told
+    assert "%, --fail-on-energy 10%\n" in told
 
 
 def test_the_text_names_the_errors_and_the_flights(
