@@ -89,7 +89,7 @@ def read_profile(path: str | Path) -> SiteProfile:
     source = str(path)
     document = _document(Path(path), source)
     problems = [
-        f"{name} is no table of a profile{nearest_hint(name, _TABLES)}"
+        f"{name} is not a table of a profile{nearest_hint(name, _TABLES)}"
         for name in document
         if name not in _TABLES
     ]
@@ -101,7 +101,9 @@ def read_profile(path: str | Path) -> SiteProfile:
     problems += [f"site.{key} {problem}" for key, problem in site_problems]
     if ("latitude_deg" in site) is not ("longitude_deg" in site):
         problems.append("site needs latitude_deg and longitude_deg, or neither of them")
-    problems += [f"expect.{name} is no table of a profile" for name in expect if name != "params"]
+    problems += [
+        f"expect.{name} is not a table of a profile" for name in expect if name != "params"
+    ]
     params = expect.get("params", {})
     if not isinstance(params, dict):
         problems.append(f"expect.params must be a table, got {described(params)}")

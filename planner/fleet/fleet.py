@@ -565,7 +565,7 @@ class Fault(NamedPart):
             others.add("lasts_s")
         for key in sorted(others):
             if getattr(self, key) is not None:
-                yield key, f"is no key of {self.kind}"
+                yield key, f"is not a key of {self.kind}"
         if self.vehicle is None and self.kind is not FaultKind.GUSTS:
             yield "vehicle", f"is missing: {self.kind} befalls one"
 

@@ -160,14 +160,14 @@ class _FleetReading(Reading):
         """Return the fleet of a document; with problems it is not whole."""
         for name in document:
             if name not in TABLES:
-                self.note(shown(name), f"is no table of this file{nearest_hint(name, TABLES)}")
+                self.note(shown(name), f"is not a table of this file{nearest_hint(name, TABLES)}")
         known = condition_settings()
         conditions, rest = self._settings(
             self._table_of(document, "conditions"), known, "conditions."
         )
         for key in rest:
             self.note(
-                f"conditions.{shown(key)}", f"is no key of this file{nearest_hint(key, known)}"
+                f"conditions.{shown(key)}", f"is not a key of this file{nearest_hint(key, known)}"
             )
         named = {part: self._named(document, part) for part in _NAMED}
         setups = {

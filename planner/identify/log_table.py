@@ -147,7 +147,7 @@ def read_log_table(path: str | Path) -> LogTable:
             _row(cells, heads, columns, (source, lines.line_num)) for cells in lines if cells
         )
     except csv.Error as error:
-        msg = f"is no CSV: {error}"
+        msg = f"is not CSV: {error}"
         raise LogFileError(
             msg, source=source, place=Place(line=lines.line_num, column=1)
         ) from error

@@ -250,7 +250,7 @@ def read_sign_off(path: Path) -> SignOff:
     try:
         return msgspec.json.decode(data, type=SignOff)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        msg = f"is no sign-off that can be recomputed: {error}; sign the mission again"
+        msg = f"is not a sign-off that can be recomputed: {error}; sign the mission again"
         raise InputError(msg, source=str(path)) from error
 
 

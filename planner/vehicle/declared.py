@@ -251,7 +251,7 @@ class Field(Value):
         else:
             for name, number in value:
                 if self.key.choices and name not in self.key.choices:
-                    problem = f"is no key of this file{nearest_hint(name, self.key.choices)}"
+                    problem = f"is not a key of this file{nearest_hint(name, self.key.choices)}"
                 elif is_number(number):
                     problem = self.key.range.problem(number)
                 else:
@@ -356,7 +356,7 @@ def _key_problems(part: type[Part], raw: Mapping[str, Any]) -> Problems:
     fields = declared(part)
     unknown = [name for name in raw if name not in fields]
     for name in unknown[:_MOST_UNKNOWN_KEYS]:
-        yield shown(name), f"is no key of this file{nearest_hint(name, fields)}"
+        yield shown(name), f"is not a key of this file{nearest_hint(name, fields)}"
     if len(unknown) > _MOST_UNKNOWN_KEYS:
         yield "*", f"has {len(unknown)} unknown keys: is this the right file?"
     for name, field in fields.items():

@@ -98,7 +98,7 @@ def read_propeller(text: str) -> float:
     inches = float(bare[1]) if bare else 0.0
     low, high = _BARE_INCHES
     if inches > high:
-        msg = f"{text!r} is no diameter in inches: write it as 10in, 10x4.5 or 254mm"
+        msg = f"{text!r} is not a diameter in inches: write it as 10in, 10x4.5 or 254mm"
         raise ValueError(msg)
     if inches >= low or with_pitch:
         return _above_0(inches * _INCH_M, "diameter", text)

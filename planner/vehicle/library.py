@@ -62,7 +62,7 @@ def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
         alike = [name for name in names if _bare(text) and _bare(text) in _bare(name)]
         hint = f"; did you mean {' or '.join(alike)}?" if alike else nearest_hint(text, names)
         msg = (
-            f"is no shipped model{hint} (mavjoule models lists them; the path of a model file ends in "
+            f"is not a shipped model{hint} (mavjoule models lists them; the path of a model file ends in "
             ".toml)"
         )
         source = f"vehicle {shortened(text) if text else repr(text)}"

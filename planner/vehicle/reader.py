@@ -172,7 +172,7 @@ class Reading:
                 return Draft()
             if chosen in field.key.absent:
                 for key in raw:
-                    self.note(f"{dotted}.{key}", f'is no key with {selector} = "{chosen}"')
+                    self.note(f"{dotted}.{key}", f'is not a key with {selector} = "{chosen}"')
                 return None
             part = variants[chosen]
         elif part is Battery:

@@ -120,7 +120,11 @@ def test_a_refusal_is_never_valid(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize(
     ("text", "why"),
-    [("", "is no sign-off"), ("{}", "is no sign-off"), ('{"signed_by": 3}', "is no sign-off")],
+    [
+        ("", "is not a sign-off"),
+        ("{}", "is not a sign-off"),
+        ('{"signed_by": 3}', "is not a sign-off"),
+    ],
 )
 def test_what_is_no_sign_off_is_refused_in_a_sentence(
     text: str, why: str, capsys: pytest.CaptureFixture[str]

@@ -169,7 +169,7 @@ start_s = 1
         ]
     )
     assert "sortie.two.job: there is none called 'surve'; did you mean survey?" in found
-    assert "vehicle.alpha.paad: is no key of this file; did you mean pad?" in found
+    assert "vehicle.alpha.paad: is not a key of this file; did you mean pad?" in found
 
 
 @pytest.mark.parametrize(
@@ -191,10 +191,10 @@ start_s = 1
             WHOLE.replace("[swap]\ntime_s = 120", ""),
             "swap: is missing: say how long it takes to change a pack",
         ),
-        (WHOLE + "output = 3\n", "sortie.first.output: is no key of this file"),
+        (WHOLE + "output = 3\n", "sortie.first.output: is not a key of this file"),
         (
             WHOLE.replace('wind = "3@270"', 'report = "x.html"'),
-            "conditions.report: is no key of this file",
+            "conditions.report: is not a key of this file",
         ),
     ],
 )

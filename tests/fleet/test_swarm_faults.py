@@ -257,7 +257,7 @@ def test_gusts_are_drawn_for_each_run_of_numbers_of_agents() -> None:
         ("gusts", (), "fault.f.wind_m_s: is missing: gusts needs it"),
         ("keeps-command", (), "fault.f.vehicle: is missing: keeps-command befalls one"),
         ("keeps-command", ('vehicle = "v9"',), "there is none called 'v9'"),
-        ("gusts", ("wind_m_s = 3", "late_s = 1"), "fault.f.late_s: is no key of gusts"),
+        ("gusts", ("wind_m_s = 3", "late_s = 1"), "fault.f.late_s: is not a key of gusts"),
         ("link-late", ('vehicle = "v1"', "late_s = -1"), "must not be below 0"),
         ("link-late", ('vehicle = "v1"', "late_s = 1", "lasts_s = 0"), "must be greater than 0"),
     ],

@@ -76,7 +76,7 @@ def test_columns_may_be_separated_as_a_spreadsheet_does(tmp_path: Path, mark: st
             r":2:6: level_end_percent: must be lower",
         ),
         ("log\na\na\n", r": log: has two rows for a"),
-        ('log\n"a\n', r":2:1: is no CSV"),
+        ('log\n"a\n', r":2:1: is not CSV"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_line_and_column(

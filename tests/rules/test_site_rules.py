@@ -212,7 +212,7 @@ def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("profile", "problem"),
     [
-        ("[sites]\n", "sites is no table of a profile; did you mean site?"),
+        ("[sites]\n", "sites is not a table of a profile; did you mean site?"),
         ("[site]\nmax_distance = 3\n", "did you mean max_distance_m?"),
         ("[site]\nmax_distance_m = 0\n", "must be greater than 0"),
         ("[site]\nlatitude_deg = 47\n", "latitude_deg and longitude_deg"),
@@ -222,7 +222,7 @@ def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
         ("[expect.params]\nRTL_ALT = {value = 1, of = 2}\n", "RTL_ALT must be a number"),
         ("[expect.params]\nRTL_ALT = nan\n", "RTL_ALT must be a number"),
         ("[expect.params]\nRTL_ALT = true\n", "RTL_ALT must be a number"),
-        ("[expect.parameters]\nRTL_ALT = 1\n", "expect.parameters is no table"),
+        ("[expect.parameters]\nRTL_ALT = 1\n", "expect.parameters is not a table"),
         ("site = 3\n", "must be tables"),
         ("[site\n", "is not TOML"),
     ],

@@ -131,17 +131,17 @@ def test_a_parameter_repeated_with_the_same_value_is_no_finding() -> None:
 @pytest.mark.parametrize(
     ("text", "line", "says"),
     [
-        ("WPNAV_SPEED,500\nRTL_ALT\n", 2, "is no parameter"),
-        ("WPNAV_SPEED,500\nRTL_ALT,0,5\n", 2, "is no parameter"),
-        ("rtl_alt,1500\n", 1, "is no parameter"),
-        ("A_NAME_OF_SEVENTEEN,1\n", 1, "is no parameter"),
+        ("WPNAV_SPEED,500\nRTL_ALT\n", 2, "is not a parameter"),
+        ("WPNAV_SPEED,500\nRTL_ALT,0,5\n", 2, "is not a parameter"),
+        ("rtl_alt,1500\n", 1, "is not a parameter"),
+        ("A_NAME_OF_SEVENTEEN,1\n", 1, "is not a parameter"),
         ("WPNAV_SPEED,fast\n", 1, "must be a number, got 'fast'"),
         ("WPNAV_SPEED,1_000\n", 1, "must be a number"),
         ("WPNAV_SPEED,٣\n", 1, "must be a number"),
         ("# nothing\n\n", None, "holds no parameter"),
         ("", None, "holds no parameter"),
-        ('{"fileType": "Plan"}', 1, "is no parameter"),
-        ("QGC WPL 110\n", 1, "is no parameter"),
+        ('{"fileType": "Plan"}', 1, "is not a parameter"),
+        ("QGC WPL 110\n", 1, "is not a parameter"),
     ],
 )
 def test_a_wrong_line_is_refused_with_its_number(text: str, line: int | None, says: str) -> None:

@@ -151,7 +151,7 @@ def test_the_version_of_the_file_decides_between_two_names() -> None:
         ("WP_SPD,500", "WP_SPD = 500 m/s (line 1)"),
         ("WPNAV_SPEED,5", "WPNAV_SPEED = 5 cm/s (line 1)"),
         ("WPNAV_SPEED,-500", "WPNAV_SPEED = -500 cm/s (line 1)"),
-        ("WPNAV_SPEED,nan", "WPNAV_SPEED = no number (line 1)"),
+        ("WPNAV_SPEED,nan", "WPNAV_SPEED = not a number (line 1)"),
     ],
 )
 def test_an_impossible_value_is_an_error_and_the_default_is_assumed(line: str, shown: str) -> None:

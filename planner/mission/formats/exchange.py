@@ -137,7 +137,7 @@ def describe_text(text: str) -> str:
     if len(re.findall(_PARAMETERS, head)) >= 3:
         return "this is a parameter file, not a mission: give it with --params"
     first = head.splitlines()[0][:40]
-    return f"this is no mission, it begins with {first!r}: {_GIVE_A_MISSION}"
+    return f"this is not a mission, it begins with {first!r}: {_GIVE_A_MISSION}"
 
 
 LARGEST_FILE_BYTES = 64 * 2**20

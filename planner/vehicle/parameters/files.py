@@ -202,7 +202,7 @@ def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, str, f
     elif len(columns) == 3 and columns[2] == "@READONLY":
         columns = columns[:2]
     if len(columns) != 2 or not _NAME.fullmatch(columns[0]):
-        msg = f"is no parameter: {_FORMS}"
+        msg = f"is not a parameter: {_FORMS}"
         raise ParameterFileError(msg, source=source, place=place)
     if not _NUMBER.fullmatch(columns[1]):
         shown = columns[1] if len(columns[1]) <= 40 else f"{columns[1][:37]}..."
@@ -217,7 +217,7 @@ def _number(text: str) -> float | None:
 
 
 def _shown(value: float | None) -> str:
-    return "no number" if value is None else f"{value:g}"
+    return "not a number" if value is None else f"{value:g}"
 
 
 PARAMETER_REPEATED = Rule(

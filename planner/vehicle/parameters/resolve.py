@@ -64,7 +64,7 @@ PARAMETER_IMPOSSIBLE = Rule(
     summary="A parameter has a value it cannot have; the default is assumed.",
     why="A value in the unit of another firmware version is off by a factor of 100: WP_SPD = 500 "
     "would be 500 m/s, WPNAV_SPEED = 5 would be 5 cm/s (ArduPilot #31562).",
-    how="The value in SI is outside what a multicopter can mean, or is no number.",
+    how="The value in SI is outside what a multicopter can mean, or is not a number.",
     fix="correct the value; look at the unit first",
     instead="--params with possible values",
 )
@@ -535,7 +535,7 @@ def _line(entry: ParameterValue) -> str:
 
 def _described(given: ParameterSet, spelling: Spelling) -> str:
     entry = given.values[spelling.name]
-    value = "no number" if entry.value is None else _with_unit(entry.value, spelling)
+    value = "not a number" if entry.value is None else _with_unit(entry.value, spelling)
     return f"{spelling.name} = {value}{_line(entry)}"
 
 
