@@ -85,8 +85,8 @@ _KINDS: dict[str, tuple[str, Kind, str, str]] = {
         Form(_later("read_hover"), str),
         "18A",
         (
-            "one figure of the hover: current 18A, power 260W, hover time 22min, longest flight time as "
-            "advertised 25min max, throttle 38%"
+            "one figure of the hover: 18A (current), 260W (power), 22min (hover time), 25min max (longest "
+            "flight time as advertised) or 38% (throttle)"
         ),
     ),
     "motor": (
@@ -209,7 +209,7 @@ def _ask(texts: dict[str, str]) -> Iterator[tuple[str, object]]:
     for key in _ASKED:
         _, kind, example, words = _KINDS[key]
         answer = click.prompt(
-            f"  {words}" if example in words else f"  {words} ({example})",
+            f"  {words}" if example in words else f"  {words}, such as {example}",
             default=texts.get(key, ""),
             show_default=key in texts,
             value_proc=partial(_answer, kind),

@@ -295,7 +295,7 @@ class _Sheet:
         full = cells_of_full_voltage(given.voltage_v)
         mah = quantity.exact(round(MILLIAMPERE_HOURS_PER_AMPERE_HOUR * given.new_charge_ah, 3))
         if cells is None:
-            what = "no number of lithium cells of 3.6 to 3.85 V"
+            what = "not that of a number of lithium cells of 3.6 to 3.85 V"
             if full is not None:
                 what = f"that of {quantity.count(full, 'full cell')}, not their nominal voltage"
             msg = f"{volts} is {what}: give the battery as {full or 4}S{mah}"
@@ -356,14 +356,14 @@ class _Sheet:
         if not low <= loading <= high:
             each = quantity.decimals(loading, 0 if loading >= 10.0 else 1)
             msg = (
-                f"{self.mass_kg:g} kg on {self._rotors_text} is {each} N for each m² of disk, "
+                f"{self.mass_kg:.4g} kg on {self._rotors_text} is {each} N for each m² of disk, "
                 f"multicopters have {usual.low:g} to {usual.high:g}: are {self.mass_kg:g} kg and "
                 f"{self.propeller_m:.3g} m of diameter what is meant?"
             )
             raise UsageError(msg)
         if not usual.low / _UNUSUAL_DISK <= loading <= usual.high * _UNUSUAL_DISK:
             self.readings.append(
-                f"{self.mass_kg:g} kg on {self._rotors_text} is {quantity.decimals(loading, 0)} N for each "
+                f"{self.mass_kg:.4g} kg on {self._rotors_text} is {quantity.decimals(loading, 0)} N for each "
                 f"m² of disk, 8 of 10 multicopters have {usual.low:g} to {usual.high:g}: compare mass and "
                 "diameter with the sheet"
             )
@@ -469,7 +469,10 @@ class _Sheet:
         give (1 - e) u + e u² of that: both readings are let pass.
         """
         if motor is None:
-            msg = f"a hover throttle of {figure} needs the motor at full throttle: give it as 1250g@310W"
+            msg = (
+                f"a hover throttle of {figure} needs the motor at full throttle: give --motor, such as "
+                "1250g@310W"
+            )
             raise UsageError(msg)
         expo = self.parameters.get("MOT_THST_EXPO", _THRUST_EXPO)
         most_kg = self.rotors * motor.thrust_n / GRAVITY_M_S2
@@ -612,7 +615,7 @@ class _Sheet:
         idle = self._assume("ground_idle", priors["ground_idle"])
         valid_for = self._valid_for()
         off = quantity.percent(spread.energy_fraction)
-        facts = f"{self.mass_kg:g} kg on {self._rotors_text}, from its data sheet"
+        facts = f"{self.mass_kg:.4g} kg on {self._rotors_text}, from its data sheet"
         return VehicleModel(
             name=sheet.name,
             source=f"{sheet.name}.toml",
