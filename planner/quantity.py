@@ -219,7 +219,8 @@ def read_number(text: str, *, unit: str = "") -> float:
     for own in ("", unit, f"°{unit}"):
         if (number := number_before(text, own)) is not None:
             return number
-    msg = f"expected a number{f' of {unit}' if unit else ''}, got {text!r}"
+    shown = "°C" if unit == "C" else unit
+    msg = f"expected a number{f' in {shown}' if unit else ''}, got {text!r}"
     raise ValueError(msg)
 
 
@@ -232,7 +233,7 @@ def read_in(text: str, units: Mapping[str, float]) -> float:
         if (number := number_before(text, unit)) is not None:
             return number * factor
     point = ": decimals are written with a point" if "," in text else ""
-    msg = f"expected a number of {', '.join(units)}, got {text!r}{point}"
+    msg = f"expected a number in {', '.join(units)}, got {text!r}{point}"
     raise ValueError(msg)
 
 

@@ -137,8 +137,8 @@ class Number(Kind):
     def range_text(self) -> str:
         """The range in words: ``0 to 100 s``, ``above 0 and at most 100 m/s``."""
         unit = "°C" if self.unit == "C" else self.unit
-        low, high = (f"{one:g}".replace("-", "−") for one in (self.low, self.high))
-        words = f"above {low} and at most {high}" if self.is_open else f"{low} to {high}"
+        low, high = self.low, self.high
+        words = f"above {low:g} and at most {high:g}" if self.is_open else f"{low:g} to {high:g}"
         return f"{words} {unit}".rstrip()
 
     def read(self, text: str) -> float | Spread:
@@ -146,7 +146,7 @@ class Number(Kind):
         parts = (
             [part.strip() for part in re.split(PLUS_MINUS, text)] if self.with_spread else [text]
         )
-        if len(parts) > 2 or not all(parts):
+        if len(parts) > 2 or (len(parts) == 2 and not all(parts)):
             msg = f"expected a value and its standard deviation, such as 5±2, got {text!r}"
             raise ValueError(msg)
         mean, *sd = self.read_parts(parts)

@@ -676,7 +676,8 @@ class Setup(_Vehicle):
         names = [name for name, is_known in missing.items() if not is_known]
         if names:
             options = " and ".join(f"--{name}" for name in names)
-            msg = f"{command} does not start without {' and '.join(names)}: give {options}"
+            needed = " and ".join(f"a {name}" for name in names)
+            msg = f"{command} does not start without {needed}: give {options}"
             raise UsageError(msg)
         if self.speed_m_s is not None:
             msg = (

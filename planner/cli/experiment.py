@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import click
 
@@ -12,9 +13,6 @@ from planner.cli.options import KindType, kind_option, path_option, setting_opti
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.mission.items import Home
 from planner.setting import Bearing, Choice, Number
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _AUTOPILOTS = {one.value: one for one in (Autopilot.ARDUPILOT, Autopilot.PX4)}
 
@@ -78,10 +76,15 @@ def command(
         f"check them: mavjoule check {folder}/*.plan, with a model as like the vehicle as there is",
         "fly them in less than 2 m/s of wind, with a full battery each",
         f"log: {LOGGED[settings.autopilot]}",
-        f"then: mavjoule identify LOG... -o {folder}.toml --mass KG --cells N --capacity AH",
+        f"then: mavjoule identify LOG... -o {_model_file(folder)} --mass KG --cells N --capacity AH",
     )
     lines.append("")
     for step in next_steps:
         lines += medium.wrapped(step, indent=2)
     write_data("\n".join(lines) + "\n")
     narrate(f"{quantity.count(len(flights), 'mission')} written to {folder}")
+
+
+def _model_file(folder: Path) -> Path:
+    """Return a name for the model beside the folder of its flights; in this one where that has no name."""
+    return folder.with_name(f"{folder.name}.toml") if folder.name.strip(".") else Path("model.toml")

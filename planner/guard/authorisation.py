@@ -219,7 +219,7 @@ def no_go_judgement(findings: Sequence[Finding], *, fail_on: Severity) -> Judgem
     return Judgement(
         verdict=Verdict.NO_GO,
         text=f"{worst.code} {worst.name}{where}: {worst.message}"
-        + (f", and {quantity.count(others, 'objection')} more" if others else ""),
+        + (f", and {quantity.count(others, 'more finding')}" if others else ""),
         headline=(named if len(named) <= _MOST_CHARACTERS else head)[:_MOST_CHARACTERS],
         reason=reason,
         extra_info=extra,

@@ -93,7 +93,7 @@ def make_experiment(settings: ExperimentSettings) -> tuple[ExperimentFlight, ...
     heights = (*rising, *rising[-2::-1])
     speeds = [settings.speed_m_s * n / settings.speeds for n in range(1, settings.speeds + 1)]
     listed = "-".join(f"{round(height, 1):g}" for height in (0.0, *heights, 0.0))
-    at = f"at {round(0.5 * settings.height_m, 1):g} m, {settings.pause_s:g} s at each end"
+    at = f"{round(0.5 * settings.height_m, 1):g} m above home, {settings.pause_s:g} s at each end"
     swept = ", ".join(f"{round(speed, 1):g}" for speed in speeds)
     return (
         ExperimentFlight(
@@ -105,13 +105,13 @@ def make_experiment(settings: ExperimentSettings) -> tuple[ExperimentFlight, ...
         ExperimentFlight(
             name="horizontal",
             mission=_mission(settings, _horizontal(settings, [settings.speed_m_s])),
-            course=f"{settings.leg_m:g} m out and back with {settings.speed_m_s:g} m/s {at}",
+            course=f"{settings.leg_m:g} m out and back at {settings.speed_m_s:g} m/s, {at}",
             shows="speeding up and braking (G4, G5), cruise power",
         ),
         ExperimentFlight(
             name="speed-sweep",
             mission=_mission(settings, _horizontal(settings, speeds)),
-            course=f"out and back with {swept} m/s, {round(leg_s, 1):g} s each way, {at}",
+            course=f"out and back at {swept} m/s, {round(leg_s, 1):g} s each way, {at}",
             shows="power over airspeed",
         ),
     )

@@ -338,9 +338,11 @@ def _download(link: VehicleLink, log: VehicleLog, path: Path) -> None:
     try:
         if log.path:
             whole = FileDownload(log.path, part.start, part.write, link.settings, link.file_numbers)
-            link.run(whole, log.name)
+            link.run(whole, f"bytes of {log.name}")
         else:
-            link.run(LogDownload(log, part.start, part.write, link.settings), log.name)
+            link.run(
+                LogDownload(log, part.start, part.write, link.settings), f"bytes of {log.name}"
+            )
     finally:
         part.close()
 

@@ -75,7 +75,11 @@ def _serial_ports(number: int) -> str:
     from serial.tools import list_ports
 
     found = sorted(port.device for port in list_ports.comports())[:_MOST_PORTS]
-    return f"there are {', '.join(found)}" if found else "there is no serial device: plug it in"
+    return (
+        f"serial devices here: {', '.join(found)}"
+        if found
+        else "there is no serial device: plug it in"
+    )
 
 
 _CHUNK = 1 << 16

@@ -119,6 +119,10 @@ def _apart_text(near: Approach) -> str:
 def swarm_headline(result: SwarmResult) -> str:
     """Return what was simulated, in a line."""
     agents = quantity.count(len(result.agents), "agent")
+    vehicles = len({one.vehicle for one in result.agents})
+    if vehicles < len(result.agents):  # flies more than one sortie
+        sorties = quantity.count(len(result.agents), "sortie", "sorties")
+        agents = f"{sorties} on {quantity.count(vehicles, 'vehicle')}"
     return f"{agents}: {result.algorithm}, avoidance {result.policy}, seed {result.seed}"
 
 

@@ -144,6 +144,10 @@ def _limit_text(limit: Limit) -> str:
             number = quantity.decimals(value, 2)
         return f"{side} {number}{f' {unit}' if unit else ''}"
 
+    if limit.every is None and limit.best is not None:
+        return (
+            f"{name}{where}: no value is a GO in every case; in the best case {reach(limit.best)}"
+        )
     if limit.every == limit.best:
         return f"{name}{where}: {reach(limit.every)}"
     return f"{name}{where}: {reach(limit.every)} in every case, {reach(limit.best)} in the best"

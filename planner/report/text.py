@@ -202,7 +202,10 @@ def headline(result: CheckResult | UnreadableMission) -> str:
 
 def given_text(result: CheckResult) -> str:
     """Return what a verdict holds for: vehicle, battery and wind."""
-    capacity_wh = None if result.battery is None else result.battery.capacity_wh
+    pack = result.setup.flown_pack.battery  # that of a flight, or what it would be
+    capacity_wh = None if pack is None else pack.energy_wh
+    if result.battery is not None:
+        capacity_wh = result.battery.capacity_wh
     return printable(basis_text(result.setup, capacity_wh=capacity_wh))
 
 
@@ -326,7 +329,7 @@ def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
 def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return the remark that verdicts need which were reached by not looking; else nothing."""
     grave = [finding for result in results for finding in by_weight(result.suppressed)[0]]
-    return f" (not counting {finding_tally(grave)})" if grave else ""
+    return f" ({finding_tally(grave)} suppressed)" if grave else ""
 
 
 def checked_text(checked: Sequence[LedgerEntry]) -> str:

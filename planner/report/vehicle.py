@@ -119,6 +119,8 @@ def decision_text(decision: Decision) -> str:
             held = f" for {valid_s} s" if valid_s else ""
             return f"arm request {result}{held}: {decision.text}"
         case "verdict":
-            return f"verdict {decision.verdict}: {decision.text}"
+            own = str(decision.verdict)
+            why = decision.text.removeprefix(own).removeprefix(", ")
+            return f"verdict {own}: {why}" if why else f"verdict {own}"
         case _:
             return f"{decision.kind}: {decision.text}"

@@ -205,8 +205,14 @@ def circle_m(radius_m: float) -> FloatArray:
     return radius_m * np.column_stack((np.cos(angle), np.sin(angle)))
 
 
+_LEVEL_M = 0.05
+"""Heights below it read as 0.0 m, on whichever side they are. [m]"""
+
+
 def above_text(clearance_m: float, what: str = "the ground") -> str:
     """Return how high above something, or how far below it, a flight is."""
+    if abs(clearance_m) < _LEVEL_M:
+        return f"level with {what}"
     side = "below" if clearance_m < 0.0 else "above"
     return f"{quantity.height(abs(clearance_m))} {side} {what}"
 

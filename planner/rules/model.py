@@ -19,6 +19,7 @@ from planner.mission.route.stage import StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.quantity import mean_of, sd_of
+from planner.rules.clearance import above_text
 from planner.rules.declaration import EXTREMES, POWER, PX4, NotEvaluated, judges
 from planner.rules.lateness import HEIGHT_SLACK_M, OVERSHOOT
 from planner.rules.lift import is_lift_unknown, thinnest_known_kg_m3, times_text
@@ -190,7 +191,7 @@ def _heights(a: Assessment) -> Iterator[Finding]:
         if beyond_m[worst] > HEIGHT_SLACK_M:
             yield _outside(
                 a,
-                f"{quantity.height(float(heights_m[worst]))} above home {reach.where(worst)}",
+                f"{above_text(float(heights_m[worst]), 'home')} {reach.where(worst)}",
                 f"from {quantity.height(limit.low)} to {quantity.height(limit.high)}",
                 item=int(reach.item[worst]),
             )
@@ -202,7 +203,6 @@ def _heights(a: Assessment) -> Iterator[Finding]:
             f"hover power is extrapolated: measured at {quantity.height(measured.low)} and above, this "
             f"flight reaches {quantity.height(highest_m)}",
             severity=Severity.INFO,
-            fix="",
         )
 
 
@@ -318,7 +318,6 @@ def _air_density(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
             f"air of {quantity.decimals(thin, 2)} to {quantity.decimals(dense, 2)} kg/m³",
             f"from {quantity.decimals(limit.low, 2)} to {quantity.decimals(limit.high, 2)} kg/m³",
             severity=Severity.INFO,
-            fix="",
         )
 
 

@@ -259,7 +259,9 @@ def _like(given: Battery, own: Battery) -> FlownPack:
     assumed = ""
     if resistance_ohm is not None or own.ocv_v is not None:
         times = quantity.decimals(rows, 2)
-        assumed = f"cells like those of the model's own battery, with {times} times the charge"
+        assumed = "cells like those of the model's own battery"
+        if times != "1.00":
+            assumed += f", with {times} times the charge"
     return FlownPack(battery=replace(given, **known), assumed=assumed)
 
 

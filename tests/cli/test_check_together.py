@@ -119,7 +119,7 @@ def test_a_configuration_may_ask_for_it(
         (("out.waypoints", "out.waypoints", "--separation", "0"), "above 0"),
         (
             ("out.waypoints", "out.waypoints", "--separation", "5", "--start", "0,x"),
-            "expected a number of s",
+            "expected a number in s",
         ),
         (("out.waypoints", "out.waypoints", "--separation", "5", "--start", "0,-1"), "0 to"),
         (("out.waypoints", "--separation", "5", "--min-nav-alt", "-1"), "0 to 10000 m"),

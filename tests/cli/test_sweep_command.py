@@ -24,7 +24,7 @@ def test_a_sweep_answers_and_writes_a_row_for_each_case(
     # 6.8 Wh are needed; 9.6 Wh are above the reserve with a full battery, 3.6 Wh with half of it.
     # The wind is not counted by this model: with 4 m/s there may be less than 2.8 Wh left.
     assert out.startswith("GO in 1 of 4 cases (25 %)\n")
-    assert "charge: at no value in every case, only at 1 in the best\n" in out
+    assert "charge: no value is a GO in every case; in the best case only at 1\n" in out
     assert "4 rows are in out.csv" in err
     rows = list(csv.DictReader(Path("out.csv").read_text(encoding="utf-8").splitlines()))
     assert [(row["wind_m_s"], row["charge"], row["verdict"]) for row in rows] == [

@@ -54,7 +54,8 @@ def test_a_spline_that_continues_a_faster_one_is_flown_faster_than_commanded() -
     assert "9.0 m/s where 3.0 m/s is commanded" in message
     assert "to the end" not in message
     (message,) = found(20.0, 9.0, 3.0)
-    assert "1 of them to the end" in message
+    assert ": 1 leg from item " in message
+    assert ", to the end, up to " in message
     assert not found(60.0, 9.0, 9.0)
     assert not found(60.0, 3.0, 9.0)
 

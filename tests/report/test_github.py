@@ -118,7 +118,7 @@ def test_a_call_without_findings_says_so(flown: CheckResult) -> None:
     assert check_github([clean], folder=FOLDER) == "1 mission: 1 GO, 0 NO-GO\n"
     blind = replace(clean, suppressed=(_finding(Severity.ERROR, 0),))
     assert check_github([blind], folder=FOLDER) == (
-        "1 mission: 1 GO, 0 NO-GO (not counting 1 error)\n"
+        "1 mission: 1 GO, 0 NO-GO (1 error suppressed)\n"
     )
 
 

@@ -68,7 +68,7 @@ def test_the_text_keeps_the_verdict_of_every_mission(
     lines = statistics_text([*_results(flown), unreadable], medium=Medium()).splitlines()
     assert lines[0] == "3 missions: 2 GO, 0 NO-GO, 1 NOT CHECKED"
     assert lines[1] == "  NOT CHECKED  broken.plan: X901 broken.plan:3:7: this is not JSON"
-    assert lines[2].startswith("  GO           site.plan (not counting 1 error): ")
+    assert lines[2].startswith("  GO           site.plan (1 error suppressed): ")
     assert [line.split()[3] for line in lines[6:]] == ["X901", "C1", "A1", "A2", "B1"]
 
 

@@ -274,10 +274,10 @@ def test_what_is_not_reported_is_still_counted_beside_the_verdict(
 ) -> None:
     blind = replace(flown, findings=(), suppressed=grounded.findings)
     lines = check_text([blind], medium=Medium()).splitlines()
-    assert lines[0] == "GO  site.plan (not counting 1 error, 1 warning)"
+    assert lines[0] == "GO  site.plan (1 error, 1 warning suppressed)"
     summary = check_text([blind, flown], medium=Medium()).splitlines()[-2:]
     assert summary[0].startswith("  GO  site.plan: 11 min")
-    assert summary[1].startswith("  GO  site.plan (not counting 1 error, 1 warning): 11 min")
+    assert summary[1].startswith("  GO  site.plan (1 error, 1 warning suppressed): 11 min")
     assert lines[-1] == (
         "No problem found. Not reported, as asked: 1 error, 1 warning, 1 assumption."
     )

@@ -34,6 +34,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
+from planner.rules.clearance import above_text
 from planner.rules.ledger import Outcome
 from planner.rules.terrain_following import PostedGround
 from planner.service.preflight import check
@@ -1165,3 +1166,8 @@ def test_a_place_that_counts_as_reached_from_below_is_as_high_as_it_is(
     found = {one.about or one.code for one in result.findings if one.severity is Severity.ERROR}
     assert ("A102" in found) is is_low
     assert "A104" not in found or is_low
+
+
+def test_a_height_that_reads_as_none_is_level_and_one_below_has_no_minus() -> None:
+    texts = [above_text(height_m, "home") for height_m in (0.0, -0.04, 0.04, -5.0, 0.06)]
+    assert texts == [*(["level with home"] * 3), "5.0 m below home", "0.1 m above home"]

@@ -486,7 +486,7 @@ class JsonFields(Value):
         if not isinstance(value, list) or len(value) < 2:
             self._refuse_value("[latitude, longitude]", *path)
         latitude_deg, longitude_deg = (
-            self._within(most, f"degrees from −{most:g} to {most:g}", *path, index)
+            self._within(most, f"degrees from -{most:g} to {most:g}", *path, index)
             for index, most in enumerate((90.0, 180.0))
         )
         return latitude_deg, longitude_deg

@@ -42,8 +42,8 @@ _NUMBER_TYPES = frozenset({int, float})
 _COPY_TYPES = _NUMBER_TYPES | {type(None)}
 _PARAMETERS = (*(f"parameter {n}" for n in range(1, 5)), "latitude", "longitude", "altitude")
 _LIMITS = (
-    (90.0, "from −90 to 90°"),
-    (180.0, "from −180 to 180°"),
+    (90.0, "from -90 to 90°"),
+    (180.0, "from -180 to 180°"),
     (LARGEST_LENGTH_M, f"within {LARGEST_LENGTH_M / 1000.0:g} km"),
 )
 """Of the last three of them."""

@@ -57,7 +57,7 @@ LONGEST_LINE = 10_000
 UNSET = frozenset({"nan", "+nan", "-nan", "null", "none", "undefined"})
 
 _EXPECTED = f"expected 12 ({', '.join(FIELDS)})"
-_DEGREES = "degrees from −{0:g} to {0:g}"
+_DEGREES = "degrees from -{0:g} to {0:g}"
 _PARAMETER = (3.4e38, "a number")
 """MAVLink sends parameters as 32-bit numbers."""
 _LIMITS = (_PARAMETER,) * 7

@@ -285,6 +285,9 @@ def _read_values(setting: Setting, name: str, text: str) -> Axis:
     for part in parts:
         if isinstance(kind, Number) and part.count(":") == 2:
             values += _range(kind, part)
+        elif isinstance(kind, Number) and ":" in part:
+            msg = f"a range is FROM:TO:STEP, such as 0:12:1, got {part!r}"
+            raise ValueError(msg)
         else:
             values.append(kind.read(_whole_fraction(kind, part, parts)))
     return Axis(key=setting.key, name=name, values=tuple(values))

@@ -542,7 +542,7 @@ def faster_findings(
     kept = int((_CRUISING * kept_m_s[rows] > speed_m_s[rows]).sum())
     worst = rows[np.argmax(first_m_s[rows] / speed_m_s[rows])]
     count = quantity.count(len(rows), "leg")
-    whole = f", {kept} of them to the end" if kept else ""
+    whole = {0: "", len(rows): ", to the end"}.get(kept, f", {kept} of them to the end")
     message = (
         f"faster than commanded: {count} from item {int(item[rows[0]])} on{whole}, up to "
         f"{quantity.speed(float(first_m_s[worst]))} where "
