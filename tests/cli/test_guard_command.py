@@ -100,9 +100,9 @@ def test_a_model_that_there_is_none_of_is_said_before_anything_else(
 @pytest.mark.parametrize(
     ("given", "missing"),
     [
-        ((), "without vehicle and battery: give --vehicle and --battery"),
-        (("--battery", "77Wh"), "without vehicle: give --vehicle"),
-        (VEHICLE, "without battery: give --battery"),
+        ((), "without a vehicle and a battery: give --vehicle and --battery"),
+        (("--battery", "77Wh"), "without a vehicle: give --vehicle"),
+        (VEHICLE, "without a battery: give --battery"),
     ],
 )
 def test_it_does_not_start_without_vehicle_and_battery(
