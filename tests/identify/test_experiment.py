@@ -70,7 +70,9 @@ def test_they_are_a_go_for_who_can_fly_them(
     vehicle: str, battery: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["experiment", "-o", str(tmp_path), *HOME]) == 0
-    assert "LOG_BITMASK" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "LOG_BITMASK" in out
+    assert f" -o {tmp_path}.toml --mass" in " ".join(out.split())
     files = [str(path) for path in sorted(tmp_path.glob("*.plan"))]
     assert len(files) == 3
     assert main(["check", *files, "--vehicle", vehicle, "--battery", battery]) == 0

@@ -403,6 +403,8 @@ def test_a_delay_in_the_air_is_flown_and_on_the_ground_only_said() -> None:
     ground = route(delay, takeoff(20), rtl())
     assert [s.kind for s in ground.stages] == [StageKind.TAKEOFF, StageKind.RETURN]
     assert codes(ground) == ["T107"]
+    # it is in seconds already
+    assert "in seconds" not in ground.findings[0].fix
 
 
 def test_a_delay_until_a_time_of_day_cannot_be_counted() -> None:
@@ -850,6 +852,8 @@ def test_handing_over_to_a_companion_never_ends_by_itself(
     guided = item(92, params=(enable, 0.0, 0.0, 0.0), frame=2)
     found = route(takeoff(50), waypoint(100, 50), guided, rtl(), dialect=dialect)
     assert [(f.code, f.severity) for f in found.findings if f.code != "X902"] == expected
+    fixes = [f.fix for f in found.findings if f.code == "T108"]
+    assert all("NAV_GUIDED_ENABLE" in fix and "autoContinue" not in fix for fix in fixes)
 
 
 def test_an_item_without_altitude_cannot_be_flown() -> None:
