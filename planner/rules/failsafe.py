@@ -14,7 +14,6 @@ from planner.flight.budget import battery_temperature_c
 from planner.flight.failsafe import (
     BY_OWN_TRACK,
     LANDS,
-    PX4_BATTERY_ACTIONS,
     RETURNS,
     STOPS_FLYING,
     TO_LANDING,
@@ -35,20 +34,10 @@ from planner.mission.commands import Command
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.physics.battery import loaded_voltage_v
 from planner.quantity import sd_of
-from planner.rules.arming import is_checked
-from planner.rules.arming_checks import BATTERY
 from planner.rules.assessment import numbers
 from planner.rules.battery import BATTERY_ASSUMED
-from planner.rules.battery_arming import (
-    ARMING_REFUSED,
-    least_to_arm,
-    never_armed_with,
-    not_armed_by_px4,
-    not_armed_with,
-    profile_of,
-    stated_name,
-)
-from planner.rules.declaration import ARDUPILOT, PACK, PARAMETERS, PX4, NotEvaluated, judges
+from planner.rules.battery_arming import ARMING_REFUSED, least_to_arm, profile_of
+from planner.rules.declaration import PACK, PARAMETERS, NotEvaluated, judges
 from planner.rules.energy import (
     ASSUMED_ERROR,
     MOST_CHANCE_EMPTY,
@@ -61,10 +50,10 @@ from planner.units import j_from_wh, wh_from_j
 from planner.values import replace
 from planner.vehicle.pack import high_resistance_ohm, rest_curve
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.table import OriginKind, parameter_table
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
@@ -79,13 +68,6 @@ if TYPE_CHECKING:
 
 _REFUSES = -1
 """Stands for what arming does: a refusal is no warning."""
-_THRESHOLDS: Mapping[str, str] = {
-    "battery_low_v": "battery_low_action",
-    "battery_critical_v": "battery_critical_action",
-    "battery_low_ah": "battery_low_action",
-    "battery_critical_ah": "battery_critical_action",
-}
-"""Thresholds of ArduPilot's monitors, and which action each has."""
 _VOLTAGE_NEEDED = (
     "the battery's open-circuit voltage and resistance, in the vehicle model: PX4 estimates the charge by "
     "voltage"
@@ -147,13 +129,13 @@ def _failsafe_before_end(
 ) -> Iterator[Finding | NotEvaluated]:
     profile = profile_of(a)
     events = _events(a, profile, pack, parameters)
-    found = list(_first_reported(a, events))
+    found = list(first_reported(a, events))
     yield from found
     yield from _unwatched(a, profile, pack, parameters)
     if any(one.severity is Severity.ERROR for one in found):
         return
     if isinstance(parameters, Px4Parameters):
-        yield from _unwatched_by_px4(a, profile, pack, parameters)
+        yield from unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
     else:
         yield from _cut_anew(a, events, profile, pack, parameters)
@@ -207,7 +189,7 @@ def _returned_by_older_px4(
             )
 
 
-def _unwatched_by_px4(
+def unwatched_by_px4(
     a: Assessment,
     profile: BatteryProfile,
     pack: Battery,
@@ -245,7 +227,7 @@ def _unwatched_by_px4(
         )
 
 
-def _first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
+def first_reported(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
     """Yield the first that acts, and the first that warns before it."""
     events = _in_time(a, events)
     acting = _first_acting(events)
@@ -657,122 +639,3 @@ def _charge_events(
     if isinstance(parameters, Px4Parameters):
         return list(px4_charge_events(px4_charge(profile, pack, parameters), parameters))
     return list(ardupilot_events(profile, parameters))
-
-
-SECOND_BATTERY = Rule(
-    "E128 further-battery-monitor",
-    Severity.INFO,
-    summary="The vehicle has further battery monitors, each with failsafes of its own.",
-    why="Any of them returns, lands or refuses to arm as the first does.",
-    how="ArduPilot: BATT2_ to BATT9_, BATTA_ to BATTG_ with a _MONITOR above 0; PX4: BAT2_ and BAT3_ with a "
-    "_SOURCE of 0 or more.  One whose _CAPACITY is that of the battery that flies, to 10 %, is judged as the "
-    "first (E103, E114); of any other a threshold that acts, and _ARM_VOLT, is not checked (X904).",
-    fix="",
-)
-_SAME_PACK = 0.1
-"""Capacities that differ by no more are those of one battery: labels, and what wear leaves. [-]"""
-
-
-@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, ARMING_REFUSED, needs=(PACK, ARDUPILOT))
-def _further_monitors(
-    a: Assessment, pack: Battery, parameters: ArduPilotParameters
-) -> Iterator[Finding | NotEvaluated]:
-    values = numbers(a)
-    profile = profile_of(a)
-    for monitor in (f"BATT{number}" for number in "23456789ABCDEFG"):
-        if values.get(f"{monitor}_MONITOR", 0.0) <= 0.0:
-            continue
-        own = _of_monitor(parameters, monitor, values)
-        watched = [
-            spelt
-            for quantity_name, action in _THRESHOLDS.items()
-            if (spelt := stated_name(own, quantity_name)) and getattr(own, quantity_name) > 0.0
-            if getattr(own, action)
-        ]
-        yield a.finding(
-            SECOND_BATTERY,
-            f"battery monitor {monitor}: "
-            + (f"acts by {', '.join(watched)}" if watched else "no threshold of it acts"),
-        )
-        if _is_pack(pack, values.get(f"{monitor}_CAPACITY")):
-            yield from _first_reported(a, list(ardupilot_events(profile, own, monitor)))
-            if is_checked(a, BATTERY):
-                yield from not_armed_with(a, profile, own, monitor)
-            continue
-        needs = f"what it feeds; {monitor}_CAPACITY is not that of the battery that flies"
-        if watched:
-            yield NotEvaluated(
-                rule=FAILSAFE_BEFORE_END, asked_by=f"{watched[0]} of a further battery", needs=needs
-            )
-        if is_checked(a, BATTERY):
-            yield from never_armed_with(a, own, monitor)
-            if own.arm_battery_min_v > 0.0:
-                yield NotEvaluated(
-                    rule=ARMING_REFUSED,
-                    asked_by=f"{monitor}_ARM_VOLT of a further battery",
-                    needs=needs,
-                )
-
-
-def _of_monitor(
-    parameters: ArduPilotParameters, monitor: str, values: Mapping[str, float]
-) -> ArduPilotParameters:
-    """Return the parameters with those of another monitor in the place of the first's."""
-    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-    from planner.vehicle.parameters.table import Origin
-
-    given: dict[str, float] = {}
-    origins = dict(parameters.origins)
-    for name, row in parameter_table(ArduPilotParameters).items():
-        if not row.now.name.startswith("BATT_"):
-            continue
-        spelt = row.now.name.replace("BATT", monitor, 1)
-        value = values.get(spelt)
-        given[name] = row.default_si if value is None else row.now.si(value)
-        origins[name] = Origin(
-            kind=OriginKind.DEFAULT if value is None else OriginKind.FILE, name=spelt
-        )
-    return replace(parameters, **given, origins=origins)
-
-
-@judges(SECOND_BATTERY, FAILSAFE_BEFORE_END, ARMING_REFUSED, needs=(PACK, PX4))
-def _further_batteries(
-    a: Assessment, pack: Battery, parameters: Px4Parameters
-) -> Iterator[Finding | NotEvaluated]:
-    values = numbers(a)
-    for name in ("BAT2", "BAT3"):
-        if values.get(f"{name}_SOURCE", -1.0) < 0.0:
-            continue
-        yield a.finding(
-            SECOND_BATTERY, f"{name}_SOURCE is {values[f'{name}_SOURCE']:g}: {name} counts too"
-        )
-        if not _is_pack(pack, values.get(f"{name}_CAPACITY")):
-            if parameters.battery_action in PX4_BATTERY_ACTIONS:
-                yield NotEvaluated(
-                    rule=FAILSAFE_BEFORE_END,
-                    asked_by=f"COM_LOW_BAT_ACT of {parameters.battery_action} by a further battery",
-                    needs=f"what it feeds; {name}_CAPACITY is not that of the battery that flies",
-                )
-            continue
-        own = replace(
-            parameters,
-            battery_source=0,
-            battery_capacity_ah=values[f"{name}_CAPACITY"] / 1000.0,
-            battery_cells=int(values.get(f"{name}_N_CELLS", 0.0)),
-            battery_empty_cell_v=values.get(f"{name}_V_EMPTY", 3.6),
-            battery_full_cell_v=values.get(f"{name}_V_CHARGED", 4.05),
-            battery_cell_resistance_ohm=values.get(f"{name}_R_INTERNAL", -1.0),
-        )
-        profile = profile_of(a)
-        if parameters.battery_action in PX4_BATTERY_ACTIONS:
-            yield from _first_reported(a, list(px4_events(a.returns, profile, pack, own)))
-        yield from not_armed_by_px4(a, profile, pack, own, name)
-        yield from _unwatched_by_px4(a, profile, pack, own, name)
-
-
-def _is_pack(pack: Battery, capacity_mah: float | None) -> bool:
-    """Return whether a monitor counts the charge of the battery that flies."""
-    full_ah = pack.charge_ah
-    if capacity_mah is None or not full_ah:
-        return False
-    return abs(capacity_mah / 1000.0 / full_ah - 1.0) <= _SAME_PACK

@@ -54,6 +54,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "feasibility": (TARGET,),
     "payload_place": (ARDUPILOT_TARGET,),
     "failsafe": (PARAMETERS, BUDGET),
+    "further_monitors": (PARAMETERS, BUDGET),
     "battery_arming": (PARAMETERS, BUDGET),
     "rally": (PARAMETERS,),
     "mission_landing": (PARAMETERS,),
