@@ -233,6 +233,7 @@ def habits_of(parameters: FlightParameters | None, target: Target | None) -> Veh
         turn_deg_s=math.degrees(parameters.yaw_rate_rad_s),
         circle_radius_m=parameters.circle_radius_m,
         circles_clockwise=parameters.circle_rate_rad_s >= 0.0,
+        waypoint_radius_m=parameters.waypoint_radius_m,
         climb_speed_m_s=parameters.climb_speed_m_s,
         descent_speed_m_s=parameters.descent_speed_m_s,
     )

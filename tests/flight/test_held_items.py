@@ -684,9 +684,21 @@ def ring(north_m: float) -> MissionItem:
 
 UP = 2.0
 """Speed type of DO_CHANGE_SPEED for climbs."""
+DOWN = 3.0
 PAUSE = item(93, frame=2, params=(3.0, -1.0, -1.0, -1.0))
 SPLINE = item(82, north(130), 60.0)
 HOP = (takeoff(15), waypoint(20, 15), item(21, north(20), 0.0))
+
+
+def landed(*items: MissionItem, parameters: bytes) -> CheckResult:
+    """Fly items, and land where they end, by parameters as in the flights."""
+    more = b"RTL_ALT 1500\nLAND_ALT_LOW 1000\nLAND_SPEED 50\nMIS_OPTIONS 4\n"
+    return check(
+        mission(*items, item(21, None, 0.0)),
+        load_vehicle(VEHICLES[ARDUPILOT]),
+        battery=Battery(capacity_wh=500.0),
+        parameters=parameters_from_text(parameters + more, source="p.param"),
+    )
 
 
 @pytest.mark.parametrize(
@@ -719,17 +731,7 @@ HOP = (takeoff(15), waypoint(20, 15), item(21, north(20), 0.0))
 def test_a_climb_speed_raised_before_the_first_leg_is_not_kept(
     items: tuple[MissionItem, ...], flown_s: float, *, is_kept: bool
 ) -> None:
-    given_parameters = parameters_from_text(
-        b"WPNAV_SPEED_UP 100\nRTL_ALT 1500\nLAND_ALT_LOW 1000\nLAND_SPEED 50\nMIS_OPTIONS 4\n",
-        source="p.param",
-    )
-    landing = item(21, None, 0.0)
-    result = check(
-        mission(*items, landing),
-        load_vehicle(VEHICLES[ARDUPILOT]),
-        battery=Battery(capacity_wh=500.0),
-        parameters=given_parameters,
-    )
+    result = landed(*items, parameters=b"WPNAV_SPEED_UP 100\n")
     # The frame that was flown has more drag: 3 % as of all flights.
     assert result.totals.time_s == pytest.approx(flown_s, rel=0.03)
     told = [one for one in result.findings if "ArduPilot may not keep it" in one.message]
@@ -755,3 +757,72 @@ def test_a_climb_speed_before_the_first_leg_is_kept_where_the_parameter_is_as_de
     assert found.stages[1].climb_speed_m_s == flown_m_s
     told = [one for one in found.findings if "ArduPilot may not keep it" in one.message]
     assert bool(told) is (flown_m_s < asked_m_s)
+
+
+RAISED = (takeoff(15), waypoint(20, 15), speed(4.0, kind=UP), waypoint(40, 15, hold_s=1.0))
+FASTER = (photo(), speed(5.0, kind=UP))
+LOWER = (takeoff(60), waypoint(20, 60), speed(4.0, kind=DOWN), waypoint(40, 60, hold_s=1.0))
+UP_1, DOWN_0_8 = b"WPNAV_SPEED_UP 100\n", b"WPNAV_SPEED_DN 80\n"
+
+
+def to_height(metres_north: float | None, height_m: float) -> MissionItem:
+    """Return LOITER_TO_ALT so far north, or without a place."""
+    return item(31, None if metres_north is None else north(metres_north), height_m)
+
+
+@pytest.mark.parametrize(
+    ("items", "parameters", "flown_s"),
+    [
+        # LOITER_TO_ALT within WPNAV_RADIUS, of 2 m, changes height by these; what is farther off is a leg.
+        ((*RAISED, to_height(40, 55)), UP_1, 130.1),
+        ((*RAISED, to_height(41.5, 55)), UP_1, 130.6),
+        ((*RAISED, to_height(45, 55)), UP_1, 113.2),
+        ((*LOWER, to_height(40, 15)), DOWN_0_8, 132.3),
+        # Not where the speed is commanded when it has begun.
+        ((*RAISED, *FASTER, to_height(None, 55)), UP_1, 101.4),
+        # A take-off behind it keeps them, a leg takes up what was commanded.
+        ((*RAISED, to_height(None, 20), takeoff(60)), UP_1, 140.3),
+        ((*RAISED, to_height(None, 20), waypoint(60, 60)), UP_1, 114.5),
+        # But for what is over as it is there, or here, and no wait is behind it.
+        ((*RAISED, to_height(None, 15), waypoint(130, 60)), UP_1, 140.0),
+        ((*RAISED, to_height(80, 15), waypoint(130, 60)), UP_1, 148.7),
+        ((*RAISED, to_height(80, 15.8), waypoint(130, 60)), UP_1, 148.9),
+        ((*RAISED, to_height(80, 16), waypoint(130, 60)), UP_1, 119.5),
+        ((*RAISED, to_height(80, 15), PAUSE, waypoint(130, 60)), UP_1, 120.7),
+        # A take-off behind a landing; not if commanded while that is begun where the vehicle is.
+        ((*RAISED, *FASTER, item(21, north(60), 0.0), takeoff(60)), UP_1, 190.0),
+        ((*RAISED, *FASTER, item(21, None, 0.0), takeoff(60)), UP_1, 137.7),
+        # What comes behind turns takes up what was commanded before the first leg.
+        (
+            (takeoff(15), speed(4.0, kind=UP), waypoint(40, 15), ring(60.0), waypoint(120, 60)),
+            UP_1,
+            134.4,
+        ),
+    ],
+)
+def test_landings_and_changes_of_height_set_the_speeds_of_the_parameters_again(
+    items: tuple[MissionItem, ...], parameters: bytes, flown_s: float
+) -> None:
+    """Flown by a build of 4.7 with DISARM_DELAY 20 where it takes off again."""
+    # With the drag of the frame that was flown, and what is predicted too long of landings and delays.
+    result = landed(*items, parameters=parameters)
+    assert result.totals.time_s == pytest.approx(flown_s, rel=0.035)
+
+
+@pytest.mark.parametrize(
+    ("items", "climb_m_s"),
+    [
+        # A load is set down, and what is behind it climbs, by the parameters (PayloadPlace::start_descent).
+        ((*RAISED, item(94, north(40), 15.0)), None),
+        ((*RAISED, item(94, north(40), 15.0), takeoff(30)), None),
+        ((*RAISED, item(94, north(40), 15.0), waypoint(60, 30)), 4.0),
+        # What the queue drops is not taken up later.
+        ((*RAISED, *FASTER, waypoint(40, 15), ring(60.0), waypoint(120, 60)), 4.0),
+        ((*RAISED, speed(5.0, kind=UP), waypoint(40, 15), ring(60.0), waypoint(120, 60)), 5.0),
+    ],
+)
+def test_the_last_climb_is_at_the_speed_that_arducopter_has_then(
+    items: tuple[MissionItem, ...], climb_m_s: float | None
+) -> None:
+    found = make_route(mission(*items), dialect=ARDUPILOT, habits=VehicleHabits())
+    assert found.stages[-1].climb_speed_m_s == climb_m_s

@@ -25,6 +25,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.circles import EDGE_NEAR_M
 from planner.mission.route.stage import (
+    LANDED_STAGES,
     FenceAction,
     FenceSwitch,
     HomePlace,
@@ -32,6 +33,7 @@ from planner.mission.route.stage import (
     StageKind,
 )
 from planner.mission.route.state import ITEM_NOT_MODELLED
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -49,6 +51,11 @@ _DELIVERED_M_S = {"climb": 2.5, "descent": 1.5}
 """WPNAV_SPEED_UP and WPNAV_SPEED_DN as delivered."""
 _NO_LEGS = frozenset({StageKind.TAKEOFF, StageKind.DELAY})
 _KEPT_BY_LEGS = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
+_BEGUN_ANEW = frozenset({Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TURNS})
+"""Flown to without ``ModeAuto::wp_start``, which alone takes up again what was commanded."""
+_BY_OWN_SPEEDS = LANDED_STAGES | {StageKind.SET_DOWN, StageKind.CHANGE_HEIGHT}
+_SAME_HEIGHT_M = 0.045
+"""``ModeAuto::loiter_to_alt_run`` is done so near to its height: 0.05 m less a lag. [m]"""
 
 
 def change_speed(state: MissionState, item: MissionItem) -> None:
@@ -62,10 +69,10 @@ def change_speed(state: MissionState, item: MissionItem) -> None:
     elif speed is None or speed <= 0.0:
         return
     elif kind == 2.0:
-        state.climb_speed_m_s = speed
+        state.climb_speed_m_s = state.asked_climb_m_s = speed
         state.is_climb_late = state.queued > 0
     elif kind == DESCENT:
-        state.descent_speed_m_s = speed
+        state.descent_speed_m_s = state.asked_descent_m_s = speed
         state.is_descent_late = state.queued > 0
     elif kind in {0.0, 1.0}:
         state.speed_m_s = speed
@@ -81,26 +88,32 @@ def change_speed(state: MissionState, item: MissionItem) -> None:
 
 
 def begin_leg(state: MissionState, item: MissionItem) -> None:
-    """Take the vehicle's own speeds for raised ones of climbs and descents that ArduPilot does not keep.
+    """Take up the speeds of climbs and descents commanded, but raised ones that ArduPilot does not keep.
 
     Notes
     -----
-    ``AC_WPNav`` takes a parameter other than delivered for a changed one as it first flies to a place
-    (``update_wpnav``), and goes by it; a spline not begun from another leg goes by it always
-    (``set_spline_destination``).  All but the first of the queue come later, and are kept.  Flown by a build
-    of 4.7: with WPNAV_SPEED_UP 100 the leg takes 30 % longer, with 250 the speed is kept; a take-off is flown
-    at it in any case.  Of a lowered one, lost too, the slower counts.
+    ``ModeAuto::wp_start`` commands them again where no leg is before, nor a LOITER_TO_ALT that is over as it
+    is there.  ``AC_WPNav`` takes a parameter other than delivered for a changed one as it first flies to a
+    place (``update_wpnav``), and goes by it; a spline, or the way to a circle, not begun from another leg
+    goes by it always (``set_spline_destination``, ``circle_movetoedge_start``).  All but the first of the
+    queue come later, and are kept.  Flown by a build of 4.7: with WPNAV_SPEED_UP 100 the leg takes 30 %
+    longer, with 250 the speed is kept; a take-off is flown at it in any case.  Of a lowered one, lost too,
+    the slower counts.
     """
+    follows_leg = _follows_leg(state)
+    if not follows_leg and not _is_over_as_it_is_there(state):
+        state.climb_speed_m_s = state.asked_climb_m_s
+        state.descent_speed_m_s = state.asked_descent_m_s
     if state.dialect is not Autopilot.ARDUPILOT:
         return
-    is_anew = item.command == Command.NAV_SPLINE_WAYPOINT and not _follows_leg(state)
+    is_anew = item.command in _BEGUN_ANEW and not follows_leg
     is_first = not any(_is_leg(state, number) for number in range(len(state.stages)))
 
     def left_m_s(asked_m_s: float | None, own_m_s: float, what: str) -> float | None:
         is_lost = is_anew or (is_first and not math.isclose(own_m_s, _DELIVERED_M_S[what]))
         if asked_m_s is None or asked_m_s <= own_m_s or not is_lost:
             return asked_m_s
-        before = "this spline" if is_anew else "the first leg"
+        before = f"this {command_name(item.command)}" if is_anew else "the first leg"
         state.remark(
             ITEM_NOT_MODELLED,
             f"a {what} at {quantity.speed(asked_m_s)} set before {before}: ArduPilot may not keep it; "
@@ -115,6 +128,52 @@ def begin_leg(state: MissionState, item: MissionItem) -> None:
         state.descent_speed_m_s = left_m_s(
             state.descent_speed_m_s, own.descent_speed_m_s, "descent"
         )
+
+
+def end_item(state: MissionState) -> None:
+    """Take the vehicle's own speeds of climbs and descents behind what ArduPilot flies at those.
+
+    Notes
+    -----
+    ``ModeAuto::land_start``, ``do_loiter_to_alt``, ``PayloadPlace::start_descent`` and ``ModeRTL::init`` set
+    the limits of ``AC_PosControl`` by the parameters; what the queue commands when they have, is kept.
+    Flown with WPNAV_SPEED_UP 100, and 4 m/s asked for before: a take-off behind a landing takes 62 s for
+    60 m, one behind a LOITER_TO_ALT 40 s for 40 m, LOITER_TO_ALT where the vehicle is 43 s for 40 m.
+    """
+    stage = state.stages[-1]
+    if stage.kind not in _BY_OWN_SPEEDS:
+        return
+    is_at_once = stage.is_here or stage.kind in {StageKind.CHANGE_HEIGHT, StageKind.RETURN}
+    if not (is_at_once and state.is_climb_late):
+        state.climb_speed_m_s = None
+    if not (is_at_once and state.is_descent_late):
+        state.descent_speed_m_s = None
+    if stage.kind is StageKind.SET_DOWN:
+        stage = replace(stage, climb_speed_m_s=None)
+    elif stage.kind is StageKind.CHANGE_HEIGHT:
+        rises = _rise_m(state) > 0.0
+        there_m_s = state.climb_speed_m_s if rises else state.descent_speed_m_s
+        stage = replace(stage, lands_at_m_s=there_m_s)
+    state.stages[-1] = stage
+
+
+def _rise_m(state: MissionState) -> float:
+    """Return how far the last stage leads up. [m]"""
+    before_m = state.stages[-2].height_m if len(state.stages) > 1 else 0.0
+    return state.stages[-1].height_m - before_m
+
+
+def _is_over_as_it_is_there(state: MissionState) -> bool:
+    """Return whether a LOITER_TO_ALT is before that has no height left to change, the leg to it still flown.
+
+    Flown: 40 m off and 0.8 m up it is, 0.9 m up not; 1.6 m up with WPNAV_RADIUS 50 it is, with
+    100 not.
+    """
+    if len(state.stages) < 2 or state.stages[-1].kind is not StageKind.CHANGE_HEIGHT:
+        return False
+    within_m = state.habits.waypoint_radius_m
+    way_m = float(distance_m(*state.places_deg[-2], *state.places_deg[-1]))
+    return abs(_rise_m(state)) * within_m / max(way_m, within_m) < _SAME_HEIGHT_M
 
 
 def _follows_leg(state: MissionState) -> bool:

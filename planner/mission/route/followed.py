@@ -10,7 +10,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.mission.commands import TAKEOFFS, Command, command_name, is_navigation
 from planner.mission.route import circles
-from planner.mission.route.commanded import DESCENT
+from planner.mission.route.commanded import DESCENT, end_item
 from planner.mission.route.landings import lands_at_m_s, named_ground_m, returning
 from planner.mission.route.queue import (
     CONDITIONS,
@@ -85,6 +85,8 @@ class _Commanded(Value):
 
     speeds_m_s: tuple[float | None, float | None, float | None]
     """Level, of climbing, of descending."""
+    asked_m_s: tuple[float | None, float | None]
+    """Of climbing, of descending, as commanded last."""
     fence_switches: int
     parachute_switches: int
 
@@ -118,8 +120,10 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
                 self._drop_queue(item, begun)
             if len(self.stages) > begun:
                 self.conditions.clear()
-                if self.waiting and is_navigation(item.command):
-                    self._fly_with_queue(item, begun, before)
+                if is_navigation(item.command):
+                    if self.waiting:
+                        self._fly_with_queue(item, begun, before)
+                    end_item(self)
         if is_navigation(item.command):
             self.queued, self.first_commanded = 0, None
             self.is_speed_late = self.is_climb_late = self.is_descent_late = False
@@ -201,6 +205,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
     def _commanded(self) -> _Commanded:
         return _Commanded(
             speeds_m_s=(self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s),
+            asked_m_s=(self.asked_climb_m_s, self.asked_descent_m_s),
             fence_switches=len(self.fence_switches),
             parachute_switches=len(self.parachute_switches),
         )
@@ -219,6 +224,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
                 severity=Severity.WARNING if is_known else Severity.ERROR,
             )
         self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s = first.speeds_m_s
+        self.asked_climb_m_s, self.asked_descent_m_s = first.asked_m_s
         del self.fence_switches[first.fence_switches :]
         del self.parachute_switches[first.parachute_switches :]
         self.waiting.clear()

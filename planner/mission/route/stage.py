@@ -67,8 +67,8 @@ class Stage(Value, kw_only=False, gc=False):
     descent_speed_m_s: float | None = None
     """Commanded descent speed, positive; ``None``: the vehicle's own. [m s⁻¹]"""
     lands_at_m_s: float | None = None
-    """Descent speed commanded when its landing, or what leads to it, has begun; ``None``: the vehicle's own.
-    [m s⁻¹]"""
+    """Descent speed commanded when its landing, or what leads to it, has begun, of a change of height that up
+    or down at its place; ``None``: the vehicle's own. [m s⁻¹]"""
     may_slow_landing: bool = False
     """Whether that is commanded while it descends, and counts where it is slower than the vehicle's own."""
     hold_s: float = 0.0

@@ -131,6 +131,8 @@ class VehicleHabits(Value):
     """Whether CIRCLE_RATE is positive."""
     looks_from_m: float = 2.0
     """How far from a region of interest PX4 turns to it (NAV_ACC_RAD). [m]"""
+    waypoint_radius_m: float = 2.0
+    """Within this of its place ArduPilot begins the change of height of a LOITER_TO_ALT. [m]"""
     climb_speed_m_s: float = math.inf
     """Its own, by its parameters; infinite where they are not known. [m/s]"""
     descent_speed_m_s: float = math.inf
@@ -145,6 +147,9 @@ class MissionState(Position, kw_only=True, eq=False):
     speed_m_s: float | None = None
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
+    asked_climb_m_s: float | None = None
+    """Commanded last, whether ArduPilot goes by it or not. [m/s]"""
+    asked_descent_m_s: float | None = None
     sped_at: int = -1
     """Number of stages there were as the last horizontal speed of PX4 was commanded."""
     is_over: bool = False

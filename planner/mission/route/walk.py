@@ -381,7 +381,7 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
 
 def carry_out(state: MissionState, item: MissionItem) -> None:
     """Make of the flight what the command of an item makes of it."""
-    if state.climb_speed_m_s is not None or state.descent_speed_m_s is not None:
+    if state.asked_climb_m_s is not None or state.asked_descent_m_s is not None:
         rises_here = item.command == Command.NAV_LOITER_TO_ALT and not item.names_place
         if is_destination(item.command) and item.command not in _UP_OR_DOWN and not rises_here:
             commanded.begin_leg(state, item)

@@ -230,6 +230,16 @@ def stage_columns(
     unseen = numbers["is_next_unseen"] > 0.0
     lands_at, may_slow = numbers["lands_at_m_s"], numbers["may_slow_landing"] > 0.0
     lands_at[may_slow & (lands_at > parameters.descent_speed_m_s)] = np.nan
+    changes, way = is_kind(kind, StageKind.CHANGE_HEIGHT), horizontal(place - start)
+    # Within WP_RADIUS of the place it is no leg (ModeAuto::loiter_to_alt_run), flown at other speeds.
+    within_m = parameters.waypoint_radius_m
+    there = within_m / np.maximum(way, within_m)
+    for along, own in (
+        (climb, parameters.climb_speed_m_s),
+        (descent, parameters.descent_speed_m_s),
+    ):
+        then = np.where(np.isnan(lands_at), own, lands_at)
+        along[changes] = (1.0 / ((1.0 - there) / along + there / then))[changes]
     return StageColumns(
         kind=kind,
         item=np.array([stage.item for stage in stages]),
