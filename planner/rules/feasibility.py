@@ -7,7 +7,6 @@ After ``FeasibilityChecker.cpp`` and ``mission_block.cpp`` of PX4 1.14 to early 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,10 +54,9 @@ _PLACES = frozenset(
         Command.NAV_LOITER_TO_ALT,
         Command.NAV_VTOL_TAKEOFF,
         Command.NAV_VTOL_LAND,
-        Command.CONDITION_GATE,
     }
 )
-"""``MissionBlock::item_contains_position``."""
+"""``MissionBlock::item_contains_position``, of which a gate is none."""
 _TAKEOFF, _LANDING, _BOTH, _BOTH_OR_NONE = {1}, {2}, {3}, {4, 5}
 """MIS_TKO_LAND_REQ; 5 asks for more in the air only."""
 _PX4_ITEMS, _PX4_SMALL_ITEMS = 2000, 500
@@ -225,36 +223,46 @@ def _takeoff_too_low(a: Assessment, target: Target) -> Iterator[Finding]:
 GATE_AT_WAYPOINT = Rule(
     "M119 gate-at-waypoint",
     Severity.ERROR,
-    summary="A gate is at the same place as the waypoint before or after it.",
-    why="PX4 finds no direction through the gate and refuses the mission.",
-    how="CONDITION_GATE less than 5 cm from its neighbour among the items with a place.",
-    fix="move the gate between two waypoints",
+    summary="A gate is at the same place as the next waypoint, and is never passed.",
+    why="PX4 counts a gate as passed once the vehicle is beyond it in the direction of the next place "
+    "(``MissionBlock::is_mission_item_reached_or_completed``): from a gate at that place there is none, and "
+    "the mission hangs.  Flown: it hovers at the waypoint for ever.  A gate at the waypoint before it is "
+    "passed at once.",
+    how="CONDITION_GATE less than 5 cm from the next item with a place.",
+    fix="move the gate away from the next waypoint",
     instead="a gate away from its neighbours",
 )
 
 
 @judges(GATE_AT_WAYPOINT, needs=(PX4_TARGET,))
 def _gate_at_waypoint(a: Assessment, _target: Target) -> Iterator[Finding]:
-    items = a.mission.items
     if Command.CONDITION_GATE not in a.mission.commands:
         return
-    for (before, *there), (number, *here) in pairwise(_places(a)):
-        commands = {items[before - 1].command, items[number - 1].command}
-        apart_m = float(distance_m(*there, *here))
-        if Command.CONDITION_GATE in commands and apart_m < _CLOSEST_GATE_M:
-            yield a.finding(
-                GATE_AT_WAYPOINT,
-                f"gate and waypoint only {apart_m:.2f} m apart (items {before} and {number}): PX4 "
-                "refuses the mission",
-                item=number,
-            )
+    gates: list[tuple[int, float, float]] = []
+    for place in _places(a, _PLACES | {Command.CONDITION_GATE}):
+        number, *here = place
+        if a.mission.items[number - 1].command == Command.CONDITION_GATE:
+            gates.append(place)
+            continue
+        for gate, *there in gates:
+            apart_m = float(distance_m(*there, *here))
+            if apart_m < _CLOSEST_GATE_M:
+                yield a.finding(
+                    GATE_AT_WAYPOINT,
+                    f"gate {apart_m:.2f} m from the next waypoint (item {number}): PX4 never passes it and "
+                    "hovers there",
+                    item=gate,
+                )
+        gates.clear()
 
 
-def _places(a: Assessment) -> Iterator[tuple[int, float, float]]:
+def _places(
+    a: Assessment, commands: frozenset[Command] = _PLACES
+) -> Iterator[tuple[int, float, float]]:
     """Yield number, latitude and longitude of the items with a place. [°]"""
     for number, item in enumerate(a.mission.items, start=1):
         latitude_deg, longitude_deg = item.latitude_deg, item.longitude_deg
-        if item.command in _PLACES and latitude_deg is not None and longitude_deg is not None:
+        if item.command in commands and latitude_deg is not None and longitude_deg is not None:
             yield number, latitude_deg, longitude_deg
 
 

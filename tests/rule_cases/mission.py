@@ -81,9 +81,9 @@ def first_place(limit_m: float) -> tuple[Finding, ...]:
 
 
 def gate(metres: float) -> tuple[Finding, ...]:
-    """Return what PX4's check tells of a gate so far behind a waypoint at 50 m."""
+    """Return what PX4's check tells of a gate so far before the next waypoint, at 50 m."""
     return found(
-        mission(takeoff(20), waypoint(50, 20), item(4501, north(50.0 + metres), 20.0), rtl()), PX4
+        mission(takeoff(20), item(4501, north(50.0 - metres), 20.0), waypoint(50, 20), rtl()), PX4
     )
 
 

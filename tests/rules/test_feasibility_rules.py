@@ -177,18 +177,27 @@ def test_a_home_nowhere_near_the_mission_is_told(
         assert [f.severity for f in found] == ([] if severity is None else [severity])
 
 
-@pytest.mark.parametrize(("metres", "fires"), [(50.0, True), (50.04, True), (50.06, False)])
-def test_a_gate_at_a_waypoint_is_refused(
+@pytest.mark.parametrize(("metres", "fires"), [(50.0, True), (49.96, True), (49.94, False)])
+def test_a_gate_at_the_next_waypoint_is_never_passed(
     metres: float,
     fires: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
+    # Flown by 1.17: at the place of the next waypoint it hovers there for ever, 10 cm before it is passed.
     gate = item(GATE, north(metres), 20.0)
-    made = mission(takeoff(20), waypoint(50, 20), gate, waypoint(100, 20), rtl())
+    made = mission(takeoff(20), waypoint(20, 20), gate, waypoint(50, 20), rtl())
     found = of("M119", made, Autopilot.PX4)
     assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 3)] * fires
-    # The same before the waypoint as behind it.
-    ahead = mission(takeoff(20), gate, waypoint(50, 20), waypoint(100, 20), rtl())
-    assert [f.item for f in of("M119", ahead, Autopilot.PX4)] == [3] * fires
+    # Another gate between is no place.
+    other = item(GATE, north(30.0), 20.0)
+    made = mission(takeoff(20), gate, other, waypoint(50, 20), rtl())
+    assert [f.item for f in of("M119", made, Autopilot.PX4)] == [2] * fires
+
+
+def test_a_gate_at_the_waypoint_before_it_is_passed_at_once() -> None:
+    # Flown by 1.17 (60.1 s predicted, 61.0 s flown): it takes the mission, and passes the gate.
+    gate = item(GATE, north(50.0), 20.0)
+    made = mission(takeoff(20), waypoint(50, 20), gate, gate, waypoint(100, 20), rtl())
+    assert not of("M119", made, Autopilot.PX4)
 
 
 @pytest.mark.parametrize(
