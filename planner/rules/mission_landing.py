@@ -10,6 +10,7 @@ from planner import quantity
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import LANDING, SETTING_NOT_FOLLOWED
+from planner.rules.clearance import STRAIGHT_M, clearance_of
 from planner.rules.declaration import PX4, NotEvaluated, judges
 from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN
 from planner.values import Value
@@ -17,8 +18,9 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+    from planner.geo.terrain import TerrainGrid
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -40,6 +42,8 @@ class _ToLanding(Value, eq=False):
     """Of the route, that they begin in. (n,)"""
     begins_m: FloatArray
     """Height above home where they begin. (n,) [m]"""
+    begins_at_m: FloatArray
+    """East and north of there. (n, 2) [m]"""
     climbs_to_m: FloatArray
     """Height above home below which they climb, to it. (n,) [m]"""
     predicted_m: FloatArray
@@ -75,6 +79,7 @@ def _returns_to_landing(a: Assessment) -> _ToLanding | None:
     return _ToLanding(
         stage=stage,
         begins_m=stop_m[:, 2],
+        begins_at_m=stop_m[:, :2],
         climbs_to_m=height_m(chosen_m, targets),
         predicted_m=height_m(stop_m, targets),
         way_m=np.hypot(lands.east_m - stop_m[:, 0], lands.north_m - stop_m[:, 1]),
@@ -104,6 +109,9 @@ def _sinks_on_its_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
         found.climbs_to_m - found.lands.height_m, parameters.altitude_acceptance_m
     )
     reach_m = _REACHED * speed_m_s * _sinking_s(sinking_m, parameters)
+    # As it sinks at first, all of the way.
+    sunk_m = parameters.descent_speed_m_s * found.way_m / (_REACHED * speed_m_s)
+    lower_m = np.minimum(sunk_m, sinking_m)
     worst = int(np.where(sinks, found.way_m - reach_m, -np.inf).argmax())
     short_m = float(found.way_m[worst] - reach_m[worst])
     asked, way_m = f"RTL_TYPE {parameters.return_type}", float(found.way_m[worst])
@@ -111,8 +119,7 @@ def _sinks_on_its_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
     if is_short:
         comes_down = f"it touches the ground up to {quantity.distance(short_m)} short of it"
     else:
-        lower_m = sinking_m[worst] * min(1.0, way_m / reach_m[worst])
-        comes_down = f"up to {quantity.height(float(lower_m))} lower than predicted"
+        comes_down = f"up to {quantity.height(float(lower_m[worst]))} lower than predicted"
     yield a.finding(
         SETTING_NOT_FOLLOWED,
         f"{asked}: a return from here climbs to {quantity.height(float(found.climbs_to_m[worst]))}, then "
@@ -121,12 +128,30 @@ def _sinks_on_its_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
         severity=Severity.ERROR if is_short else None,
         fix=_PLACE_BEFORE,
     )
-    if not is_short and a.setup.terrain is not None:
+    if is_short or a.setup.terrain is None:
+        return
+    lowest_m = found.climbs_to_m - lower_m
+    if not _is_above_ground(a, a.setup.terrain, found, sinks, lowest_m):
         yield NotEvaluated(
             rule=RETURN_BELOW_TERRAIN,
             asked_by=f"{asked}, which sinks on its way to the landing,",
             needs="DO_LAND_START and a waypoint before the landing, or RTL_TYPE 0",
         )
+
+
+def _is_above_ground(
+    a: Assessment, terrain: TerrainGrid, found: _ToLanding, sinks: BoolArray, lowest_m: FloatArray
+) -> bool:
+    """Return whether returns that sink keep --clearance, all of their ways as low as they end. (n,) [m]"""
+    from planner.flight.path import FlightLines
+
+    start_m = np.column_stack((found.begins_at_m, lowest_m))[sinks]
+    end_m = start_m.copy()
+    end_m[:, :2] = found.lands.east_m, found.lands.north_m
+    lines = FlightLines(start_m=start_m, end_m=end_m, owner=np.arange(len(start_m))).cut(STRAIGHT_M)
+    clearance = clearance_of(a, terrain, lines, led_m=np.full(len(lines.owner), np.inf))
+    least_m, _, _ = clearance.extremes_m()
+    return bool((clearance.is_known & (least_m >= clearance.asked_m)).all())
 
 
 def _sinking_s(height_m: FloatArray, parameters: Px4Parameters) -> FloatArray:

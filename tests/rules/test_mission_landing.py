@@ -89,6 +89,28 @@ def test_how_far_it_flies_while_it_sinks_decides(north_m: float, severity: Sever
 
 
 @pytest.mark.parametrize(
+    ("north_m", "ridge_m", "is_left_open"),
+    [
+        # 60 m at 5 m/s, or 0.8 of that, sink 18 to 22.5 m from 30 m at 1.5 m/s: 7.5 m above home.
+        (60.0, 0.0, False),
+        (60.0, 2.4, False),  # 5.1 m above the ground, of which --clearance asks 5 m
+        (60.0, 2.6, True),
+        (66.0, 0.0, False),
+        (67.0, 0.0, True),  # 25.1 m sunk, 4.9 m above the ground
+    ],
+)
+def test_a_return_that_sinks_is_judged_by_how_low_it_gets(
+    north_m: float,
+    ridge_m: float,
+    is_left_open: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    one = mission(takeoff(20), waypoint(2, 20), land(north_m))
+    flown = found(one, PX4, "RTL_TYPE,1\n", terrain=ground(ridge_m, at_m=30.0))
+    left_open = [f for f in flown if f.code == "X904" and "sinks on its way" in f.message]
+    assert bool(left_open) is is_left_open
+
+
+@pytest.mark.parametrize(
     ("height_m", "north_m", "severity"),
     [
         # 2 m at 1.5 m/s, 4.8 s, 7.1 s: 66 m, of which 0.8 are 53 m.
