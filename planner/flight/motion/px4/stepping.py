@@ -38,14 +38,16 @@ class AxisLimits(NamedTuple):
 
 
 class SteppedLeg(NamedTuple):
-    """What a leg is stepped by; places are east, north, height above home."""
+    """What a leg is stepped by; places are east, north, up from its target.
+
+    Rounded: the corners of a survey are one.
+    """
 
     place_m: Vector
     velocity_m_s: Vector
     acceleration_m_s2: Vector
     begins_m: Vector
     """Waypoint before, from which the line leads to the target."""
-    target_m: Vector
     held_m_s: float
     """Speed allowed before, which is held in a turn (``_max_speed_previous``)."""
     final_m_s: tuple[float, float]
@@ -71,7 +73,7 @@ class Swung(Value, eq=False):
     time_s: FloatArray
     """Of the k places kept, the last one after the hold. (k,) [s]"""
     place_m: FloatArray
-    """(k, 3) [m]"""
+    """From the target. (k, 3) [m]"""
     velocity_m_s: FloatArray
     """(k, 3) [m s⁻¹]"""
     acceleration_m_s2: Vector
@@ -87,9 +89,9 @@ def stepped(swing: SteppedLeg) -> Swung:
         _Axis(*state)
         for state in zip(swing.place_m, swing.velocity_m_s, swing.acceleration_m_s2, strict=True)
     )
-    line = _unit(_less(swing.target_m, swing.begins_m))
+    line = _unit(_minus(swing.begins_m))
     side = math.copysign(1.0, _across(line, _less(swing.place_m, swing.begins_m)))
-    steps, held_m_s, is_upward = 0, swing.held_m_s, swing.target_m[2] > swing.place_m[2]
+    steps, held_m_s, is_upward = 0, swing.held_m_s, swing.place_m[2] < 0.0
     turned, astray_m, reached, knots = 0, 0.0, -1, []
     # A velocity that swings past the target is aligned with it, too, but for less than that.
     period_s = swing.period_s
@@ -97,7 +99,7 @@ def stepped(swing: SteppedLeg) -> Swung:
     kept = round(_KNOT_S / period_s)
     while steps * period_s < LONGEST_S:
         place, velocity = _state(axes)
-        to_go = _less(swing.target_m, place)
+        to_go = _minus(place)
         left_m, speed = math.hypot(*to_go[:2]), math.hypot(*velocity[:2])
         astray_m = max(astray_m, -side * _across(line, _less(place, swing.begins_m)))
         is_new = reached < 0 and left_m <= swing.reach_m and abs(to_go[2]) <= swing.band_m
@@ -145,6 +147,10 @@ def _state(axes: tuple[_Axis, ...]) -> tuple[Vector, Vector]:
 
 def _less(one: Vector, other: Vector) -> Vector:
     return one[0] - other[0], one[1] - other[1], one[2] - other[2]
+
+
+def _minus(way: Vector) -> Vector:
+    return -way[0], -way[1], -way[2]
 
 
 def _unit(way: Vector) -> Vector:

@@ -19,7 +19,7 @@ from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.flight.motion.px4.legs import LegStarts
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -59,12 +59,7 @@ def corner_turns(begun: LegStarts) -> Turns:
     path is a tractrix) until it does.  Then the speed is free again, with the acceleration the swing
     has by then.
     """
-    way = (begun.planned.target_m - begun.place_m)[:, :2]
-    velocity = begun.velocity_m_s[:, :2]
-    distance, speed = horizontal(way), horizontal(velocity)
-    along = quotient(dot(way, velocity), distance, above=STILL_M)
-    turning = (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed)
-    turning &= distance > begun.planned.radius_m
+    turning, along, speed = turning_legs(begun)
     turns = Turns(
         duration_s=np.zeros_like(speed),
         end_m=begun.place_m.copy(),
@@ -78,6 +73,22 @@ def corner_turns(begun: LegStarts) -> Turns:
         duration_s = np.maximum(swung.duration_s + before_s - lead_s, 0.0)
         turns.put(turning, replace(swung, duration_s=duration_s))
     return turns
+
+
+def turning_legs(begun: LegStarts) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return which legs are begun by a turn, and their speeds towards their targets and in all. (n,) each
+
+    Notes
+    -----
+    ``PositionSmoothing::_isTurning``: moving, 11.5° off the target, and outside its acceptance radius.
+    """
+    way = (begun.planned.target_m - begun.place_m)[:, :2]
+    velocity = begun.velocity_m_s[:, :2]
+    distance, speed = horizontal(way), horizontal(velocity)
+    along = quotient(dot(way, velocity), distance, above=STILL_M)
+    turning = (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed)
+    turning &= distance > begun.planned.radius_m
+    return turning, along, speed
 
 
 def _led_in(begun: LegStarts) -> tuple[LegStarts, FloatArray, FloatArray]:

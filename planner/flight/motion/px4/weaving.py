@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import Columns, horizontal, quotient
-from planner.flight.motion.px4.braking import allowed_speed_m_s, ramp_time_s
+from planner.flight.motion.px4.braking import STILL_M, allowed_speed_m_s, ramp_time_s
 from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.flight.motion.px4.stepping import (
     LONGEST_S,
@@ -18,7 +18,8 @@ from planner.flight.motion.px4.stepping import (
     Vector,
     stepped,
 )
-from planner.flight.motion.px4.turns import ALIGNED_COS
+from planner.flight.motion.px4.turns import ALIGNED_COS, turning_legs
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,8 +32,13 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.stepping import Swung
     from planner.flight.motion.px4.turns import Turns
 
+_BESIDE_M = 3.0
+"""Distance from a leg up to which turns onto it are not stepped. [m]"""
+_NEAR = 4.0
+"""Way to a target, in the distance steered for, from which a turn is over before it: flown 2.6 m off at 2.7,
+11 m at 1.8. [-]"""
 _WORTH_S = 0.5
-"""Time by which a turn is longer than one that does not shoot across, from which it is taken. [s]"""
+"""Time by which a turn is longer than one that does not shoot across, from which it weaves. [s]"""
 _SIMILAR = (0.97, 1.03)
 """Speeds by that, for which a turn is tried, too."""
 _SLOW = (0.0, 2.0)
@@ -41,10 +47,12 @@ _BY_CHANCE_S = 3.0
 """Difference of the times of those, from which how a turn ends is a matter of chance. [s]"""
 _TOO_FAR = 1.5
 """Way across a leg, in the distance steered for, from which it is not just overshot."""
+_DIGITS = 3
+"""Of places and speeds stepped from."""
 _NAVIGATED_S = 0.1
 """Time for which a LOITER_TO_ALT is flown that is reached at once: two runs of PX4's navigator. [s]"""
 _COARSE_S = 0.1
-"""Period that does for returns, of which there are many. [s]"""
+"""Period that does for returns, of which there are many, and where nothing is left to chance. [s]"""
 _LOW_M = 3.0
 """Change of height up to which a LOITER_TO_ALT is over before its speed is steady. [m]"""
 
@@ -100,8 +108,9 @@ class Weaves(Columns, eq=False):
             swung=np.full(count, None),
         )
 
-    def step(self, row: int, swung: Swung, turns: Turns) -> None:
+    def step(self, row: int, relative: Swung, target_m: FloatArray, turns: Turns) -> None:
         """Overwrite the turn of a leg by how it was stepped."""
+        swung = replace(relative, place_m=relative.place_m + target_m)
         reached = int(np.searchsorted(swung.time_s, swung.reached_s))
         self.is_stepped[row], self.swung[row] = True, swung
         self.end_m[row], self.end_m_s[row] = swung.place_m[-1], swung.velocity_m_s[-1]
@@ -124,6 +133,9 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     leaves a waypoint at an acceptance radius that is greater than the next one's.  Flown by a build of PX4 at
     8 m/s, 20 m before a turn of 45°: 18 m beside, 600 m of way for 187 m.
 
+    Slower it comes round, but not by a turn that a formula knows, nor where a target is so near that it is
+    flown to straight from its acceptance radius on, before the turn is over: corners are cut by it.
+
     It does so, at any speed, where it leaves a LOITER_TO_ALT by its radius, far from its centre: its line
     begins there, in height as well, and the speed held is that allowed on the way to it.
     """
@@ -133,38 +145,44 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
     for row in np.flatnonzero(flies & _circles(begun, l1)).tolist():
         hold_s = max(float(planned.hold_s[row]), _NAVIGATED_S)
-        weaves.step(row, stepped(_swing(begun, row, hold_s=hold_s)), turns)
+        weaves.step(row, stepped(_swing(begun, row, hold_s=hold_s)), planned.target_m[row], turns)
         weaves.is_held[row] = True
     leaves = planned.is_leg & planned.leaves_circle & ~weaves.is_held
     leaves &= horizontal(begun.place_m - planned.begins_m) > l1
     slow = leaves & (horizontal(begun.velocity_m_s) <= SLOWEST_TURN_M_S)
-    for row in np.flatnonzero(flies & (leaves | _shoots(begun, turns, l1))).tolist():
+    beside_m = _beside_m(begun)
+    shoots = _shoots(begun, turns, l1, beside_m)
+    for row in np.flatnonzero(flies & ~leaves & ~shoots & _cuts(begun, l1, beside_m)).tolist():
+        swung = stepped(_swing(begun, row, period_s=_COARSE_S))
+        weaves.step(row, swung, planned.target_m[row], turns)
+    for row in np.flatnonzero(flies & (leaves | shoots)).tolist():
         factors = (1.0, *(_SLOW if slow[row] else _SIMILAR))
         several = [
             stepped(_swing(begun, row, factor))
             for factor in (factors if planned.is_from_ground[row] else factors[:1])
         ]
-        arrivals_s = [_arrives_s(planned, row, one.reached_s, one.place_m[-1]) for one in several]
+        arrivals_s = [_arrives_s(planned, row, one.reached_s, -one.place_m[-1]) for one in several]
         is_chance = max(arrivals_s) - min(arrivals_s) > _BY_CHANCE_S
         is_chance |= max(one.reached_s for one in several) >= LONGEST_S
         swung = several[0]
         if is_chance or not leaves[row]:
             swung = several[int(np.argmax(arrivals_s))]
-        if not leaves[row]:
-            unstepped_s = _arrives_s(planned, row, turns.duration_s[row], turns.end_m[row])
-            if max(arrivals_s) - unstepped_s < _WORTH_S:
-                continue
-        weaves.step(row, swung, turns)
+        unstepped_s = _arrives_s(
+            planned, row, turns.duration_s[row], planned.target_m[row] - turns.end_m[row]
+        )
+        if not leaves[row] and max(arrivals_s) - unstepped_s < _WORTH_S:
+            weaves.step(row, several[0], planned.target_m[row], turns)
+            continue
+        weaves.step(row, swung, planned.target_m[row], turns)
         weaves.is_open[row] = is_chance and slow[row]
         if (is_chance and not slow[row]) or several[0].astray_m > _TOO_FAR * l1[row]:
             weaves.astray_m[row] = max(one.astray_m for one in several)
     return weaves
 
 
-def _arrives_s(planned: PlannedLegs, row: int, turn_s: float, end_m: FloatArray) -> float:
-    """Return when a vehicle arrives at its full speed after a turn. [s]"""
-    left_m = float(horizontal(planned.target_m[row] - end_m))
-    return turn_s + left_m / float(planned.speed_m_s[row])
+def _arrives_s(planned: PlannedLegs, row: int, turn_s: float, way_m: FloatArray) -> float:
+    """Return when a vehicle arrives at its full speed after a turn, by the way left. [s]"""
+    return turn_s + float(horizontal(way_m)) / float(planned.speed_m_s[row])
 
 
 def _circles(begun: LegStarts, l1_m: FloatArray) -> BoolArray:
@@ -175,19 +193,42 @@ def _circles(begun: LegStarts, l1_m: FloatArray) -> BoolArray:
     return np.asarray(planned.circles & (horizontal(way) > l1_m) & low)
 
 
-def _shoots(begun: LegStarts, turns: Turns, l1_m: FloatArray) -> BoolArray:
+def _beside_m(begun: LegStarts) -> FloatArray:
+    """Return how far beside their legs vehicles begin them. (n,) [m]"""
+    begins = begun.planned.begins_m
+    leg, from_m = (begun.planned.target_m - begins)[:, :2], (begun.place_m - begins)[:, :2]
+    across = np.abs(leg[:, 0] * from_m[:, 1] - leg[:, 1] * from_m[:, 0])
+    return quotient(across, horizontal(leg), above=STILL_M)
+
+
+def _cuts(begun: LegStarts, l1_m: FloatArray, beside_m: FloatArray) -> BoolArray:
+    """Return which legs are begun beside them by turns that no formula knows.
+
+    They begin farther off than the point steered for, or are not over before a target with a radius that
+    shapes them is near.
+    """
+    is_turning, _, _ = turning_legs(begun)
+    planned = begun.planned
+    left_m = horizontal(planned.target_m - begun.place_m)
+    near = (planned.radius_m >= SHORTEST_L1_M) & (left_m < _NEAR * l1_m) & (beside_m > _BESIDE_M)
+    return np.asarray(is_turning & planned.is_leg & (near | (beside_m > l1_m)))
+
+
+def _shoots(begun: LegStarts, turns: Turns, l1_m: FloatArray, beside_m: FloatArray) -> BoolArray:
     """Return which legs are begun beside them, too fast to stop across them."""
-    planned, speed = begun.planned, horizontal(begun.velocity_m_s)
-    leg = (planned.target_m - planned.begins_m)[:, :2]
-    from_m = (begun.place_m - planned.begins_m)[:, :2]
+    speed = horizontal(begun.velocity_m_s)
     a, j = begun.parameters.acceleration_m_s2, begun.parameters.jerk_m_s3
-    beside = np.abs(leg[:, 0] * from_m[:, 1] - leg[:, 1] * from_m[:, 0])
-    shoots = (turns.duration_s > 0.0) & planned.is_leg & (beside > l1_m * horizontal(leg))
+    shoots = (turns.duration_s > 0.0) & begun.planned.is_leg & (beside_m > l1_m)
     return np.asarray(shoots & (0.5 * speed * ramp_time_s(speed, a, j) > l1_m))
 
 
 def _swing(
-    begun: LegStarts, row: int, factor: float = 1.0, hold_s: float | None = None
+    begun: LegStarts,
+    row: int,
+    factor: float = 1.0,
+    hold_s: float | None = None,
+    *,
+    period_s: float = PERIOD_S,
 ) -> SteppedLeg:
     """Return what a leg is stepped by, begun at so much of its speed."""
     parameters, planned = begun.parameters, begun.planned
@@ -201,12 +242,11 @@ def _swing(
         # It flew to the place before until then, or did not move: its speed is that allowed there.
         held_m_s = max(held_m_s, float(allowed_speed_m_s(left_m, 0.0, a, j)))
     return SteppedLeg(
-        place_m=_vector(begun.place_m[row]),
+        place_m=_vector(begun.place_m[row] - planned.target_m[row]),
         velocity_m_s=_vector(velocity),
         acceleration_m_s2=_vector(factor * begun.acceleration_m_s2[row]),
-        begins_m=_vector(planned.begins_m[row]),
-        target_m=_vector(planned.target_m[row]),
-        held_m_s=held_m_s,
+        begins_m=_vector(planned.begins_m[row] - planned.target_m[row]),
+        held_m_s=round(held_m_s, _DIGITS),
         final_m_s=(float(planned.final_level_m_s[row]), float(planned.final_upright_m_s[row])),
         radius_m=float(planned.radius_m[row]),
         reach_m=float(planned.reach_m[row]),
@@ -216,12 +256,12 @@ def _swing(
         up=AxisLimits(parameters.climb_speed_m_s, parameters.acceleration_up_m_s2),
         down=AxisLimits(parameters.descent_speed_m_s, parameters.acceleration_down_m_s2),
         jerk_m_s3=j,
-        period_s=PERIOD_S if planned.is_from_ground[row] else _COARSE_S,
+        period_s=period_s if planned.is_from_ground[row] else _COARSE_S,
     )
 
 
 def _vector(row: FloatArray) -> Vector:
-    east, north, upward = row.tolist()
+    east, north, upward = np.round(row, _DIGITS).tolist()
     return east, north, upward
 
 
