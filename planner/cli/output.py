@@ -154,8 +154,8 @@ def refuse_page(
     if output is not None and output.resolve() == report.resolve():
         msg = "--output and --report name the same file: give them one each"
         raise UsageError(msg)
-    refuse_page_name(report)
     refuse_output_file(report, inputs, made=made)
+    refuse_page_name(report)
     refuse_without_libraries()
 
 

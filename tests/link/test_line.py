@@ -230,7 +230,7 @@ def test_an_upload_whose_stream_breaks_for_a_while_leaves_the_old_mission_or_the
         ("tcp:nohost:5760", socket.gaierror(-2, "x"), "no such host; check its spelling"),
         ("/dev/ttyUSB0", OSError(errno.EACCES, "x"), "join the group that owns it"),
         ("/dev/ttyUSB0", OSError(errno.EBUSY, "x"), "another program has it open"),
-        ("/dev/ttyUSB0", OSError(errno.ENOENT, "x"), "there "),
+        ("/dev/ttyUSB0", OSError(errno.ENOENT, "x"), "serial device"),
     ],
 )
 def test_why_a_line_cannot_be_opened_comes_with_what_to_try(
