@@ -175,7 +175,7 @@ CASES: tuple[
         [WARNING],
     ),
     # it knows −1 m, and is silent about half a metre less
-    ("E105", "m above home", lambda m: found(to_height(m), ARDUPILOT), -1.5, [], -1.51, [WARNING]),
+    ("E105", "m below home", lambda m: found(to_height(m), ARDUPILOT), -1.5, [], -1.51, [WARNING]),
     ("E105", "identified step", lambda m: found(climbing(m)), 100.49, [], 100.51, [WARNING]),
     ("E105", "airspeed of", against_the_wind, 1.03 - TINY, [], 1.03 + TINY, [WARNING]),
     (
