@@ -14,7 +14,6 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, FENCE, NotEvaluated, judges
-from planner.rules.failsafe import closes_its_track, return_short_wh
 from planner.rules.fence_settings import limits_in_use
 from planner.values import Value
 
@@ -175,8 +174,10 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
             fix="switch the floor off before the landing: DO_FENCE_ENABLE 2",
         )
     returns_anew = action in _RETURNS and not climbs
-    if action in _BY_OWN_TRACK:
-        returns_anew &= closes_its_track(a, np.array((0.0, 0.0, floor_m)))
+    if returns_anew and action in _BY_OWN_TRACK:
+        from planner.rules.failsafe import closes_its_track
+
+        returns_anew = closes_its_track(a, np.array((0.0, 0.0, floor_m)))
     if not is_told and not returns_anew:
         yield from _own_returns_below(a, parameters, floor_m, does)
 
@@ -213,6 +214,8 @@ def _begun_anew(
     ``ModeRTL::init`` stops, climbs by its cone, and waits over home once more.  Flown with a floor of 5 m:
     9 s later, with RTL_LOIT_TIME 60 s 64 s.
     """
+    from planner.rules.failsafe import closes_its_track, return_short_wh
+
     returns, motion = a.returns, a.flight.motion
     [*_, last] = segments = np.flatnonzero(returns.segment_stage == row).tolist()
     lands_s = float(motion.segments.end_s[last])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from typing import TYPE_CHECKING
 
@@ -111,9 +110,8 @@ def _leave_centre(
     begun = "begun at its centre, which ArduPilot leaves straight behind, by its heading"
     state.unknown_side = begun if is_at_centre else ""
     away = complex(-1.0, 0.0) if is_at_centre else away / abs(away)
-    away *= cmath.rect(
-        abs(radius_m) / _METRES_PER_DEGREE, math.copysign(math.tau * turns, radius_m)
-    )
+    turned = math.copysign(math.tau * turns, radius_m)
+    away *= complex(math.cos(turned), math.sin(turned)) * (abs(radius_m) / _METRES_PER_DEGREE)
     state.latitude_deg += away.real
     state.longitude_deg += away.imag / east_deg
 
