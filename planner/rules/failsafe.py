@@ -549,12 +549,17 @@ def _ends_of_return(
 ) -> str:
     """Return what ends the return that a failsafe begins, in words; empty: nothing."""
     if event.action in BY_OWN_TRACK.values():
-        before, after = profile.fraction[event.segment : event.segment + 2]
-        left = float(before + event.fraction * (after - before))
+        left = _at_event(profile.fraction, event)
         back = float(profile.fraction[0]) - left
         return f", and its track back takes {quantity.percent(back)}" if back > left else ""
     cut = _first_on_return(a, event, profile, pack, parameters)
     return "" if cut is None else _on_that_return(cut)
+
+
+def _at_event(row: FloatArray, event: FailsafeEvent) -> float:
+    """Return a value along the flight where a failsafe acts. (s + 1,)"""
+    before, after = row[event.segment : event.segment + 2]
+    return float(before + event.fraction * (after - before))
 
 
 def _on_that_return(cut: FailsafeEvent) -> str:
@@ -582,17 +587,13 @@ def _first_on_return(
     back_wh = float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum())) + late_wh
     flown_wh = a.totals.energy_wh + a.late_wh
 
-    def there(row: FloatArray) -> float:
-        """Return a value where the return begins."""
-        before, after = row[event.segment : event.segment + 2]
-        return float(before + event.fraction * (after - before))
-
     def at_return(row: FloatArray) -> FloatArray:
         """Return a value at the start, where the return begins, and where it comes down."""
-        per_wh = (row[-1] - row[0]) / flown_wh
-        return np.array([row[0], there(row), there(row) + per_wh * back_wh])
+        there, per_wh = _at_event(row, event), (row[-1] - row[0]) / flown_wh
+        return np.array([row[0], there, there + per_wh * back_wh])
 
-    begun_s, fraction, used_ah = there(profile.time_s), at_return(profile.fraction), profile.used_ah
+    begun_s, fraction = _at_event(profile.time_s, event), at_return(profile.fraction)
+    used_ah = profile.used_ah
     rest_v = loaded_v = None
     curve = rest_curve(pack)
     if curve is not None:
@@ -600,7 +601,9 @@ def _first_on_return(
         if profile.loaded_v is not None and back_s > 0.0:
             power_w = profile.times * j_from_wh(back_wh) / back_s
             last_v = loaded_voltage_v(rest_v[-1], power_w, resistance_ohm=profile.resistance_ohm)
-            loaded_v = np.array([profile.loaded_v[0], there(profile.loaded_v), float(last_v)])
+            loaded_v = np.array(
+                [profile.loaded_v[0], _at_event(profile.loaded_v, event), float(last_v)]
+            )
     returning = replace(
         profile,
         time_s=np.array([0.0, begun_s, begun_s + back_s]),
