@@ -30,6 +30,7 @@ from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
+from planner.identify.lean import identified_lean
 from planner.identify.log_table import LogTable
 from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -215,8 +216,12 @@ def refine_vehicle(
     if vehicle.reference is not Autopilot.STEP:
         flown, differing = flown_parameters(records, vehicle.reference)
         parameters = kept_parameters(vehicle.reference, dict(vehicle.parameters), dict(flown))
+    lean = identified_lean(records, vehicle)
     model = replace(
         vehicle,
+        airspeed_limit_m_s=lean.airspeed_limit_m_s,
+        airspeed_limit_lean_deg=lean.limit_lean_deg,
+        drag_exponent=lean.drag_exponent,
         cruise=power.law,
         battery=power.battery,
         parameters=parameters,

@@ -133,6 +133,11 @@ def refinement_text(refined: Refinement, *, medium: Medium) -> str:
         *table_lines(rows, alignment="<>>>"),
         "",
     ]
+    limit_m_s, lean_deg = refined.model.airspeed_limit_m_s, refined.model.airspeed_limit_lean_deg
+    if limit_m_s is not None and lean_deg is not None:
+        lines += medium.wrapped(
+            f"Airspeed held to {quantity.speed(limit_m_s)} at {quantity.decimals(lean_deg, 0)}° of lean."
+        )
     for finding in refined.findings:
         lines += medium.wrapped(
             f"{finding.severity} {finding.code} {finding.name}: {printable(finding.message)}",

@@ -10,6 +10,9 @@ import pytest
 from made_record import make_record
 
 from planner.identify.lean import identified_lean
+from planner.identify.refinement import refine_vehicle
+from planner.report.endurance import refinement_text
+from planner.report.text import Medium
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
@@ -116,3 +119,19 @@ def test_with_another_lean_angle_the_airspeed_is_another(
     )
     assert model.airspeed_limit_at(math.radians(lean)) == pytest.approx(expected)
     assert replace(model, airspeed_limit_lean_deg=None).airspeed_limit_at(1.0) == 10.0
+
+
+@pytest.mark.parametrize(
+    ("last", "limit_m_s"), [((10.0, 30.0, 12.0), 10.0), ((10.0, 29.0, 12.0), None)]
+)
+def test_a_refined_model_is_held_to_what_its_flight_was_held_to(
+    last: tuple[float, float, float], limit_m_s: float | None
+) -> None:
+    vehicle = load_vehicle("holybro-x500-v2")
+    record = flight((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0), last)
+    samples = np.ones(record.time_s.size)
+    record = replace(record, power_w=250.0 * samples, voltage_v=15.0 * samples)
+    refined = refine_vehicle(vehicle, [record])
+    assert refined.model.airspeed_limit_m_s == limit_m_s
+    said = "Airspeed held to 10.0 m/s at 30° of lean."
+    assert (said in refinement_text(refined, medium=Medium())) is (limit_m_s is not None)
