@@ -55,6 +55,7 @@ _TOTALS = (
 
 PLAN_NOTE = (
     "Each row is the fastest with so many; least energy is what they take in time where they need not hurry. "
+    "Makespans are of flights as late as each may be. "
     "All keep apart in flight, and on every return where a row does not say otherwise."
 )
 _WAITED_S = 60.0
@@ -252,7 +253,8 @@ def plan_headline(plan: FleetPlan) -> str:
         else f"at most {quantity.percent(plan.gap)} above the least of these sorties"
     )
     full = " where every pack is charged full before it flies" if plan.fleet.packs else ""
-    return f"Least {plan.minimize}: {plan.amount_text}; {proof}{full}"
+    late = ", each as late as it may be" if plan.minimize is Objective.MAKESPAN else ""
+    return f"Least {plan.minimize}: {plan.amount_text}{late}; {proof}{full}"
 
 
 def unused_text(plan: FleetPlan) -> str:

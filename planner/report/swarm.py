@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.fleet.fleet import SwarmAlgorithm
 from planner.fleet.swarm.simulation import AgentPhase
 from planner.report.json import envelope, found_document, json_text, value, values
 from planner.report.text import (
@@ -119,8 +120,8 @@ def _apart_text(near: Approach) -> str:
 def swarm_headline(result: SwarmResult) -> str:
     """Return what was simulated, in a line."""
     agents = quantity.count(len(result.agents), "agent")
-    vehicles = len({one.vehicle for one in result.agents})
-    if vehicles < len(result.agents):  # flies more than one sortie
+    vehicles = len({one.vehicle for one in result.fleet.sorties.values()})
+    if result.algorithm == SwarmAlgorithm.MISSIONS and vehicles < len(result.agents):
         sorties = quantity.count(len(result.agents), "sortie", "sorties")
         agents = f"{sorties} on {quantity.count(vehicles, 'vehicle')}"
     return f"{agents}: {result.algorithm}, avoidance {result.policy}, seed {result.seed}"

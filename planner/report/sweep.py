@@ -10,6 +10,7 @@ from planner.service.sweep.axes import WIND_PARTS
 from planner.service.sweep.tally import LONGEST
 from planner.setting import declared
 from planner.setup import Setup
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.report.text import Medium
@@ -72,7 +73,12 @@ def remarks(sweep: Sweep) -> list[str]:
     if (fleet := sweep.plan.fleet) is not None:
         sorties = quantity.count(len(fleet.sorties), "sortie")
         what = f"{printable(fleet.source)}, {sorties} of {quantity.count(len(fleet.vehicles), 'vehicle')}"
-    lines = [what, worked, *settings_lines(sweep.plan.setup)]
+    setup = sweep.plan.setup
+    if (file := setup.settings_file) is not None:
+        setup = replace(
+            setup, settings_file=file.without([axis.key for axis in sweep.plan.cases.axes])
+        )
+    lines = [what, worked, *settings_lines(setup)]
     if weather := sweep.plan.weather:
         lines.append(f"weather of {printable(weather.source)}, {len(weather.times)} rows")
         if weather.unused:
