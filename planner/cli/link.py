@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -83,6 +84,8 @@ def is_vehicle(name: str) -> bool:
     """Return whether an argument names a vehicle on the line, and no file."""
     if not (":" in name or name.startswith("/dev/") or name.upper().startswith("COM")):
         return False  # a file's name in nearly every check: nothing of the link is imported
+    if Path(name).exists() and not Path(name).is_char_device():
+        return False  # /dev/stdin, or /dev/fd/63 of <(…)
     from planner.link.address import is_address
 
     return is_address(name)

@@ -9,16 +9,19 @@ import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from planner import __version__
-from planner.cli.output import TRACEBACK_VARIABLE, narrate, show_traceback
+from planner.cli.output import TRACEBACK_VARIABLE, narrate, show_traceback, write_data
 from planner.errors import (
     CheckFailedError,
     ExitCode,
     MavjouleError,
+    OutputError,
+    UsageError,
     bug_text,
     missing_library,
     nearest_hint,
@@ -138,7 +141,7 @@ def _offer_lists_in_fish() -> None:
 
 def _reported(error: Exception) -> ExitCode:
     """Report what a command ended in, and return its exit code."""
-    known = error if isinstance(error, MavjouleError) else missing_library(error)
+    known = error if isinstance(error, MavjouleError) else _of_surroundings(error)
     if known is None or isinstance(known, CheckFailedError):
         _show_bug(error)
     if known is not None:
@@ -146,6 +149,19 @@ def _reported(error: Exception) -> ExitCode:
         return known.exit_code
     narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
     return CheckFailedError.exit_code
+
+
+def _of_surroundings(error: Exception) -> MavjouleError | None:
+    """Return what an error says of where the command runs; ``None``: nothing."""
+    if isinstance(error, OSError):
+        try:
+            Path.cwd()
+            write_data("")  # click has written the help by itself
+        except FileNotFoundError:
+            return UsageError("the folder this was called from is gone: call it from another")
+        except OutputError as unwritten:
+            return unwritten
+    return missing_library(error)
 
 
 def _search_seldom() -> None:

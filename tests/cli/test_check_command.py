@@ -7,6 +7,7 @@ import gzip
 import io
 import json
 import os
+import shlex
 import subprocess
 import sys
 import zipfile
@@ -310,18 +311,39 @@ def test_a_reader_that_leaves_changes_neither_verdict_nor_quiet(mission: str) ->
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the device that is always full")
-def test_a_full_disk_is_a_sentence_and_no_verdict(mission: str) -> None:
+@pytest.mark.parametrize("last", [("--battery", "77Wh"), ("--help",)])
+def test_a_full_disk_is_a_sentence_and_no_verdict(mission: str, last: tuple[str, ...]) -> None:
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run(
-            [*RUN, "check", mission, "--battery", "77Wh"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            check=False,
+            [*RUN, "check", mission, *last], stdout=full, stderr=subprocess.PIPE, check=False
         )
     assert done.returncode == 2
     assert done.stderr.decode() == (
         "mavjoule: standard output: cannot be written: No space left on device\n"
     )
+
+
+@pytest.mark.skipif(not Path("/dev/stdin").exists(), reason="needs the file that standard input is")
+def test_a_file_under_dev_is_no_serial_line(mission: str) -> None:
+    with Path(mission).open("rb") as opened:
+        done = subprocess.run(
+            [*RUN, "check", "/dev/stdin", "--battery", "77Wh"],
+            stdin=opened,
+            capture_output=True,
+            check=False,
+        )
+    assert b"/dev/stdin\n" in done.stdout
+    assert b"connecting" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="nobody deletes the folder of a program there")
+def test_a_call_from_a_folder_that_is_gone_is_told_so(mission: str, tmp_path: Path) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    script = f"cd {gone} && rmdir {gone} && exec {shlex.join(RUN)} check ../{Path(mission).name}"
+    done = subprocess.run(["/bin/sh", "-c", script], capture_output=True, check=False)
+    assert done.returncode == 2
+    assert b"the folder this was called from is gone" in done.stderr
 
 
 def test_a_console_without_the_signs_we_use_gets_substitutes(mission: str) -> None:

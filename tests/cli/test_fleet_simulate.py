@@ -7,6 +7,7 @@ import json
 import signal
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,7 +17,8 @@ from planner.cli.main import main
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
+
+SHIPPED = Path(__file__).parents[2] / "missions" / "fleets"
 
 
 @pytest.fixture
@@ -47,6 +49,13 @@ def test_a_swarm_that_meets_is_not(tmp_path: Path, capsys: pytest.CaptureFixture
     told = capsys.readouterr().out
     assert told.startswith("NOT CLEAR")
     assert "S128" in told
+
+
+def test_sorties_are_counted_beside_the_vehicles_of_the_file(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["fleet", "simulate", str(SHIPPED / "survey-two-quads.toml")]) == 0
+    assert "5 sorties on 2 vehicles: missions" in capsys.readouterr().out
 
 
 def test_a_fleet_without_swarm_and_sorties_is_told_so(

@@ -111,6 +111,9 @@ def test_settings_that_came_with_missions_are_named(
     assert main(given) == ExitCode.GO
     assert "settings from mavjoule.toml: battery 12Wh, risk 30%\n" in capsys.readouterr().out
     Path("site", "mavjoule.toml").write_text('battery = "12Wh"\nrisk = 0.3\n', encoding="utf-8")
+    varied = ["sweep", mission, "--vary", "battery=12Wh,77Wh"]
+    assert main(varied) == ExitCode.GO
+    assert "settings from mavjoule.toml: risk 30%\n" in capsys.readouterr().out
     assert main([*given, "--risk", "5%"]) == ExitCode.GO
     both = f"settings from mavjoule.toml, {Path('site', 'mavjoule.toml')}: battery 12Wh\n"
     assert both in capsys.readouterr().out

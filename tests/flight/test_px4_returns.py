@@ -116,6 +116,24 @@ def test_a_return_is_as_high_as_where_its_waypoint_counts_as_reached_decides(
     assert _highest_m(motion) == pytest.approx(highest_m, abs=0.5)
 
 
+@pytest.mark.parametrize(
+    ("least_m", "near_m", "flown_s", "highest_m"),
+    [
+        (0.0, 1.0, 84.5, 30.0),
+        (1.0, 1.0, 84.6, 30.0),
+        (0.0, 0.0, 62.4, 12.0),  # at home: within NAV_ACC_RAD of it as it counts as reached
+    ],
+)
+def test_a_waypoint_beside_home_counts_as_reached_beyond_its_radius(
+    least_m: float, near_m: float, flown_s: float, highest_m: float
+) -> None:
+    # Flown in simulation, from 60 m north of home: reached up to 2 m before the place, 3 m from home.
+    near = replace(PX4, return_min_distance_m=least_m)
+    motion = fly_px4((takeoff(12.0), go(0.0, 60.0, 12.0), go(0.0, near_m, 12.0), RETURN), near)
+    assert float(motion.segments.end_s[-1]) == pytest.approx(flown_s, rel=0.035)
+    assert _highest_m(motion) == pytest.approx(highest_m, abs=0.8)  # flown 29.6 m
+
+
 def _highest_m(motion: Motion) -> float:
     state = motion.state_at_time(np.linspace(0.0, float(motion.segments.end_s[-1]), 2000))
     return float(state.height_m.max())

@@ -38,11 +38,14 @@ def return_legs(
     home_m: FloatArray,
     parameters: Px4Parameters,
     above_ground_m: FloatArray | float = 0.0,
+    *,
+    lowest_m: float = 0.0,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Return targets, whether they are flown to, and holds of the four legs of k returns.
 
     Up, home, down to wait, to the ground: (k, 4, 3) [m], (k, 4), (4,) [s].  The heights of a return
-    count from the rally point, ``above_ground_m`` above the ground; 0 for home.
+    count from the rally point, ``above_ground_m`` above the ground; 0 for home.  None is flown
+    below ``lowest_m``.
 
     Notes
     -----
@@ -51,6 +54,7 @@ def return_legs(
     """
     way = home_m - places_m
     height = return_heights_m(horizontal(way), -way[:, 2] - above_ground_m, parameters)
+    height = np.maximum(height, lowest_m)
     datum = home_m[:, 2] + above_ground_m
     targets = np.stack((places_m, home_m, home_m, home_m), axis=1)
     targets[:, :2, 2] = (datum + height)[:, None]
@@ -149,6 +153,8 @@ def left_m(
 RETURN_PLACE_ERROR_M = 3.0
 """By which a mission's return may begin nearer home or farther from it than predicted: flown 10.5 m from
 home for 9.0 m predicted, in a wind of 5 m/s; an estimate drifts from home besides. [m]"""
+_WITHIN_M = 1e-3
+"""A place counts as reached within its radius, not at it. [m]"""
 SHORTEST_L1_M = 5.0
 """Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 SLOWEST_TURN_M_S = 0.2
@@ -356,12 +362,12 @@ class _Navigator:
         """Centre and radius, negative for counter-clockwise, of what is left by a tangent. [m]"""
         self._is_afar = False
         """Whether the place before counted as reached from afar."""
-        self._passed_at_m: tuple[float, float, float] | None = None
-        """Where the waypoint just flown to was passed, if that is afar."""
+        self._flown_to: tuple[tuple[float, float, float], Move] | None = None
+        """Where the move to the waypoint just flown to began, and it."""
 
     def moves(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the moves of one stage."""
-        passed_at_m, self._passed_at_m = self._passed_at_m, None
+        flown_to, self._flown_to = self._flown_to, None
         if stage.kind is not StageKind.DELAY:
             yield from self._leave_circle(index, stage)
         match stage.kind:
@@ -370,7 +376,7 @@ class _Navigator:
                 self._place_at(stage)
                 move = self._go(index, stage)
                 yield move
-                self._passed_at_m = self._passed_m(begin, move)
+                self._flown_to = begin, move
             case StageKind.LOITER:
                 self._place_at(stage)
                 yield self._go(index, stage, is_stop=True)
@@ -387,25 +393,46 @@ class _Navigator:
                 self.height_m, self.is_airborne = stage.height_m, False
                 hold_s = stage.hold_s
                 yield self._move(index, stage.item, hold_s=hold_s, is_stop=True, is_landing=True)
-            case StageKind.RETURN if stage.return_path is not None:
-                begins = passed_at_m or self._place_m
-                yield from self.home_along(index, stage.item, stage.return_path, begins_m=begins)
             case StageKind.RETURN:
-                self._is_afar |= passed_at_m is not None
-                self.east_m, self.north_m, self.height_m = passed_at_m or self._place_m
-                home = np.array((stage.east_m, stage.north_m, stage.height_m))
-                yield from self.straight_home(index, stage.item, home, stage.above_ground_m)
+                yield from self._return(index, stage, self._passed_m(flown_to))
+
+    def _return(
+        self, index: int, stage: Stage, passed_m: tuple[float, float, float]
+    ) -> Iterator[Move]:
+        """Yield the moves of a return, begun where the place before it counts as reached."""
+        near_m = min(self.parameters.acceptance_radius_m, RETURN_PLACE_ERROR_M)
+        is_afar = math.dist(passed_m[:2], self._place_m[:2]) > near_m + _WITHIN_M
+        if stage.return_path is not None:
+            begins = passed_m if is_afar else self._place_m
+            yield from self.home_along(index, stage.item, stage.return_path, begins_m=begins)
+            return
+        if is_afar:
+            self._is_afar = True
+            self.east_m, self.north_m, self.height_m = passed_m
+        home = np.array((stage.east_m, stage.north_m, stage.height_m))
+        distance = np.array([math.dist(passed_m[:2], home[:2]) - _WITHIN_M])
+        [lowest_m] = return_heights_m(distance, np.zeros(1), self.parameters)
+        yield from self.straight_home(
+            index, stage.item, home, stage.above_ground_m, lowest_m=lowest_m
+        )
 
     def straight_home(
-        self, index: int, item: int, home_m: FloatArray, above_ground_m: float
+        self,
+        index: int,
+        item: int,
+        home_m: FloatArray,
+        above_ground_m: float,
+        *,
+        lowest_m: float = 0.0,
     ) -> Iterator[Move]:
         """Yield the moves of a return straight home, or to a rally point (``RtlDirect``).
 
-        Where it may begin within RTL_MIN_DIST or beyond, it takes the higher way and waits for its heading.
+        Where it may begin within RTL_MIN_DIST or beyond, it takes the higher way, none below ``lowest_m``,
+        and waits for its heading.
         """
         place = np.array([self._place_m], dtype=np.float64)
         targets, is_flown, holds_s = return_legs(
-            place, home_m[None], self._return_parameters, above_ground_m
+            place, home_m[None], self._return_parameters, above_ground_m, lowest_m=lowest_m
         )
         distance = horizontal(home_m - place)
         nearer_m = np.maximum(distance - RETURN_PLACE_ERROR_M, 0.0)
@@ -534,22 +561,20 @@ class _Navigator:
             yield move._replace(radius_m=near, reach_m=near, yaw_rad=math.nan, goes_on=True)
 
     def _passed_m(
-        self, begin_m: tuple[float, float, float], move: Move
-    ) -> tuple[float, float, float] | None:
-        """Return where a waypoint counts as passed, of which a return begins, if that is afar. [m]
+        self, flown_to: tuple[tuple[float, float, float], Move] | None
+    ) -> tuple[float, float, float]:
+        """Return where the waypoint just flown to counts as reached: a return begins there. [m]
 
-        With a radius beyond NAV_ACC_RAD, or farther than a return's place is uncertain by: RTL's decision
-        (``RTL::computeReturnAltitude``) and its climb are of where the vehicle is.
+        RTL's decision (``RTL::computeReturnAltitude``) and its climb are of where the vehicle is.
         """
+        if flown_to is None:
+            return self._place_m
+        begin_m, move = flown_to
         level = math.dist(move.target_m[:2], begin_m[:2])
-        tail_m = min(level, move.reach_m)
-        near_m = min(self.parameters.acceptance_radius_m, RETURN_PLACE_ERROR_M)
-        if tail_m <= near_m:  # with a hold it is no farther
-            return None
-        asked = (np.array(one) for one in (tail_m, move.speed_m_s, move.hold_s))
+        asked = (np.array(one) for one in (min(level, move.reach_m), move.speed_m_s, move.hold_s))
         left = float(left_m(self.parameters, *asked))
-        if left <= near_m:
-            return None
+        if left <= 0.0:
+            return self._place_m
         way = np.subtract(move.target_m, begin_m)
         east, north, height = (np.array(move.target_m) - way * (left / level)).tolist()
         return east, north, height
