@@ -42,6 +42,8 @@ _ARDUPILOT_VERTICES = 255
 """ArduPilot counts the vertices of a polygon in one byte."""
 _LINES_COMPARED = 100
 """Of a leg flown ten thousand times, the returns that the worst is looked for among, evenly spread."""
+_LINES_BETWEEN = 33
+"""Of each piece of a leg, with those of its ends."""
 _OA_MARGIN_M = 5.0
 """Default of OA_MARGIN_MAX. [m]"""
 
@@ -483,18 +485,30 @@ def _return_crosses(flown: FencedFlight, barrier: Barrier, rows: IntArray) -> Fi
     returns, leg = flown.returns, flown.returns.leg
     first = rows[flown.group[leg[rows]] == flown.group[leg[rows[0]]]]
     first = first[:: 1 + len(first) // _LINES_COMPARED]
-    starts = np.concatenate((returns.place_m[first], returns.stop_m[first])).reshape(-1, 2)
-    ends = np.tile(returns.end_m[first], (2, 1, 1)).reshape(-1, 2)
+    shares = np.linspace(0.0, 1.0, _LINES_BETWEEN)[:, None, None]  # of the way along each piece
+    starts, ends = (
+        (both[:, 0] + shares * (both[:, 1] - both[:, 0])).reshape(-1, 2)
+        for both in (
+            np.concatenate((returns.place_m[first], returns.stop_m[first])),
+            np.tile(returns.end_m[first], (2, 1, 1)),
+        )
+    )
     clearance_m = barrier.leg_clearance(straight_legs(starts, ends)).clearance_m
-    worst = int(np.argmin(clearance_m))
+    here = len(starts) - 2 * len(first)  # from there on the lines are those from the pieces' ends
+    worst = here + int(np.argmin(clearance_m[here:]))
+    begun = "from here"
+    if clearance_m[worst] >= flown.position_error_m:
+        worst, begun = int(np.argmin(clearance_m)), "begun on the way here"
+    least_m = float(clearance_m[worst])
+    # What lies between lines is crossed by a return that none of them is.
+    least_m = least_m if least_m < flown.position_error_m else -1.0
     items = len(np.unique(flown.path.item[leg[rows]]))
     others = f", and from {quantity.count(items - 1, 'more item')}" if items > 1 else ""
     start, end = starts[worst], ends[worst]
     goal = destination_name(int(returns.destination[first[0]]))
     return flown.assessment.finding(
         RTL_PATH_CROSSES,
-        f"straight return {goal} from here "
-        f"{_passes(flown, barrier, float(clearance_m[worst]))}{others}",
+        f"straight return {goal} {begun} {_passes(flown, barrier, least_m)}{others}",
         item=int(flown.path.item[leg[first[0]]]),
         stretch=flown.stretch(start, end, float(np.hypot(*(end - start)))),
     )

@@ -238,6 +238,20 @@ def test_a_return_to_the_landing_leads_straight_to_its_first_place(
     assert set(found) == ({"F108"} if crosses else set())
 
 
+def test_a_return_from_the_middle_of_a_leg_is_told_by_what_it_crosses() -> None:
+    # In the triangle of a leg and home: the returns from the leg's ends, at 45°, pass 56 m beside it.
+    pillar = circle(100.0, 0.0, 15.0, inclusion=False)
+    items = (takeoff(20), at(200, -200), at(250, 250), rtl())
+    found = findings_of(items, pillar)["F108"]
+    assert found.item == 3
+    assert "begun on the way here crosses exclusion circle" in found.message
+    # From the middle of the legs to and from (200, 0) it is at the place that it crosses most.
+    there = findings_of((takeoff(20), at(200, -200), at(200, 0), at(250, 250), rtl()), pillar)[
+        "F108"
+    ]
+    assert "straight return home from here crosses exclusion circle" in there.message
+
+
 def test_the_rally_point_that_is_judged_is_the_nearest_far_from_home_too() -> None:
     # 60 km north of home and 200 m to the east a wall bars the way south; a rally point is north of it.
     far_m = 60_000.0
