@@ -113,12 +113,13 @@ def _would_not_arm_px4(a: Assessment, _parameters: Px4Parameters) -> Iterator[Fi
 TAKEOFF_BLOCKED = Rule(
     "M131 takeoff-blocked",
     Severity.ERROR,
-    summary="The motors are held at idle: nothing tells the autopilot how fast they turn.",
+    summary="The vehicle arms and stays on the ground.",
     why="ArduPilot arms, says 'Takeoff blocked: ESC RPM too low' and stands on the ground with the mission "
-    "begun (AP_Vehicle::motors_takeoff_check).",
+    "begun (AP_Vehicle::motors_takeoff_check); PX4 waits with its motors off until it is thrown.",
     how="TKOFF_RPM_MIN above 0 with no source of telemetry from the motors' controllers: no SERIALn_PROTOCOL "
     "of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; judged of a file that names "
-    "serial ports.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.",
+    "serial ports.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.  PX4: COM_THROW_EN is 1 (flown: 160 s "
+    "on the ground).",
     fix="set TKOFF_RPM_MIN to 0, or connect and set up the telemetry",
     instead="the parameters of --params",
 )
@@ -144,6 +145,17 @@ def _takeoff_blocked(a: Assessment, _parameters: ArduPilotParameters) -> Iterato
     elif ports and not ports & _TELEMETRY_PORTS and not is_told:
         message = f"{asked}: without telemetry from the motors ArduPilot never takes off"
         yield a.finding(TAKEOFF_BLOCKED, message)
+
+
+@judges(TAKEOFF_BLOCKED, needs=(PX4,))
+def _waits_to_be_thrown(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
+    if numbers(a).get("COM_THROW_EN") == 1.0:
+        yield a.finding(
+            TAKEOFF_BLOCKED,
+            "COM_THROW_EN is 1: PX4 arms with its motors off and waits to be thrown up; a take-off from the "
+            "ground is predicted",
+            fix="set COM_THROW_EN to 0",
+        )
 
 
 @judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT,))

@@ -19,6 +19,7 @@ from planner.flight.prediction import HOVER_HEIGHT_M
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 from planner.mission.commands import Command
 from planner.mission.route.route import HOME_UNKNOWN
+from planner.mission.route.stage import StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PX4, NotEvaluated, judges
@@ -304,8 +305,43 @@ def _gains_not_read(a: Assessment, _parameters: ArduPilotParameters) -> Iterator
     )
 
 
+_HELD_UP = frozenset({StageKind.GO, StageKind.LOITER, StageKind.CHANGE_HEIGHT})
+"""Kinds of stages whose descents NAV_MIN_GND_DIST ends."""
 _MEASURES_NO_CURRENT = frozenset({0.0, 3.0})
 """BATT_MONITOR of none, and of a voltage alone."""
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(PX4,))
+def _descents_stopped(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
+    """Report descents that PX4 stops above the place they lead to, where its range finder says so.
+
+    Flown with NAV_MIN_GND_DIST 12: 10.7 m for a place at 5 m, which counts as reached there
+    (``MissionBlock::mission_item_reached``'s "Terrain collision risk, descent is stopped").
+    """
+    least_m = numbers(a).get("NAV_MIN_GND_DIST", -1.0)
+    if least_m <= 0.0:
+        return
+    from planner.rules.terrain_following import ends_above_ground_m
+
+    stages, above_m = a.route.stages, ends_above_ground_m(a)
+    low = [
+        row
+        for row, stage in enumerate(stages)
+        if row
+        and stage.kind in _HELD_UP
+        and stage.height_m < stages[row - 1].height_m
+        and above_m[row] < least_m
+    ]
+    if low:
+        items = len({stages[row].item for row in low})
+        others = f", and at {quantity.count(items - 1, 'more item')}" if items > 1 else ""
+        yield a.finding(
+            SETTING_NOT_FOLLOWED,
+            f"NAV_MIN_GND_DIST {least_m:g}: with a range finder PX4 sinks no lower above the ground; "
+            f"predicted down to {quantity.height(float(above_m[low[0]]))}{others}",
+            item=stages[low[0]].item,
+            fix="fly higher than NAV_MIN_GND_DIST, or set it to -1",
+        )
 
 
 @judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT, BUDGET))

@@ -68,6 +68,31 @@ def test_motors_whose_speed_nobody_tells_are_held_at_idle(parameters: str, *, st
     assert ("M131" in {one.code for one in flown}) is stands
 
 
+@pytest.mark.parametrize(("value", "stands"), [(0, False), (1, True)])
+def test_px4_that_is_to_be_thrown_does_not_take_off_by_itself(value: int, *, stands: bool) -> None:
+    # Flown: 160 s on the ground with the mission begun.
+    flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), PX4, f"COM_THROW_EN,{value}\n")
+    assert ("M131" in {one.code for one in flown}) is stands
+
+
+@pytest.mark.parametrize(
+    ("least_m", "heights_m", "items"),
+    [
+        (12.0, (30.0, 5.0), [3]),  # flown: no lower than 10.7 m
+        (4.9, (30.0, 5.0), []),
+        (-1.0, (30.0, 5.0), []),
+        (25.0, (20.0, 22.0), []),  # climbs: only descents are stopped
+    ],
+)
+def test_px4_sinks_no_lower_than_its_least_distance_from_the_ground(
+    least_m: float, heights_m: tuple[float, float], items: list[int]
+) -> None:
+    first, second = heights_m
+    made = mission(takeoff(first), waypoint(100, first), waypoint(100, second), rtl())
+    told = found(made, PX4, f"NAV_MIN_GND_DIST,{least_m}\n")
+    assert [one.item for one in told if "NAV_MIN_GND_DIST" in one.message] == items
+
+
 @pytest.mark.parametrize(("wind_m_s", "is_error"), [(0.0, False), (4.0, True)])
 def test_px4_without_an_integral_flies_in_calm_alone(wind_m_s: float, *, is_error: bool) -> None:
     flown = found(
