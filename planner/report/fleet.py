@@ -21,6 +21,7 @@ from planner.report.text import (
     closing_line,
     finding_lines,
     given_text,
+    given_texts,
     ledger_lines,
     note_lines,
     printable,
@@ -82,7 +83,7 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
     largest = quantity.energy(totals.largest_sortie_wh)
     lines = [
         f"{result.verdict_text}  {printable(result.file)}",
-        *(line for given in given_texts(result) for line in medium.wrapped(given, indent=4)),
+        *(line for given in flown_with_texts(result) for line in medium.wrapped(given, indent=4)),
         "",
         f"  Fleet       {', '.join(counts)}",
         f"  Makespan    {quantity.duration(totals.makespan_s)}; {in_air} in the air",
@@ -135,19 +136,16 @@ def fleet_headline(result: FleetResult) -> str:
     return f"{counts[0]} on {counts[1]} in {counts[2]}, {energy}{partly}"
 
 
-def given_texts(result: FleetResult) -> tuple[str, ...]:
+def flown_with_texts(result: FleetResult) -> tuple[str, ...]:
     """Return what the verdict holds for: vehicle, battery and wind, of which sorties where they differ.
 
     How full a pack is at the start of a sortie is a column of their table.
     """
-    names: dict[str, list[str]] = {}
-    for one in result.sorties:
-        if isinstance(one.result, CheckResult):
-            full = replace(one.result, setup=replace(one.result.setup, charge=1.0))
-            names.setdefault(given_text(full), []).append(printable(one.name))
-    if len(names) == 1:
-        return (*names,)
-    return tuple(f"{given}: {', '.join(of)}" for given, of in names.items())
+    return given_texts(
+        (one.name, given_text(replace(one.result, setup=replace(one.result.setup, charge=1.0))))
+        for one in result.sorties
+        if isinstance(one.result, CheckResult)
+    )
 
 
 def suppressed_findings(result: FleetResult) -> list[Finding]:

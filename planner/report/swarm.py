@@ -15,6 +15,7 @@ from planner.report.text import (
     by_weight,
     closing_line,
     finding_lines,
+    given_texts,
     note_lines,
     printable,
     table_lines,
@@ -24,7 +25,8 @@ from planner.service.swarm import GOAL_FRACTIONS
 from planner.service.swarm_agents import AgentsRow, Statistic, SwarmRun
 from planner.service.swarm_faults import fault_text
 from planner.service.swarm_timeline import swarm_timeline
-from planner.values import field_names
+from planner.setup import basis_text
+from planner.values import field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -76,6 +78,7 @@ def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
     waited = quantity.duration(result.waited_s)
     lines = [
         f"{'CLEAR' if result.is_clear else 'NOT CLEAR'}  {printable(result.file)}{cut}",
+        *(line for given in swarm_given_texts(result) for line in medium.wrapped(given, indent=4)),
         "",
         f"  Swarm       {swarm_headline(result)}",
         f"  Makespan    {quantity.duration(result.makespan_s)}; {stops}, {waited} of waiting",
@@ -115,6 +118,18 @@ def _apart_text(near: Approach) -> str:
     if near.above_m < _SHOWN_M:
         return quantity.distance(near.distance_m)
     return f"{quantity.distance(near.beside_m)} beside, {quantity.height(near.above_m)} above"
+
+
+def swarm_given_texts(result: SwarmResult) -> tuple[str, ...]:
+    """Return what flew: vehicle, full battery and wind, of which agents where they differ."""
+    fleet = result.fleet
+    given = []
+    for one in result.agents:
+        name = fleet.sorties[one.name].vehicle if one.name in fleet.sorties else one.name
+        setup = replace(fleet.vehicles[name].setup, charge=1.0)
+        capacity_wh = None if one.battery is None else one.battery.capacity_wh
+        given.append((one.name, basis_text(setup, capacity_wh=capacity_wh)))
+    return given_texts(given)
 
 
 def swarm_headline(result: SwarmResult) -> str:

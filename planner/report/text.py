@@ -19,7 +19,7 @@ from planner.setup import UNNAMED, basis_text, conditions_text
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
@@ -207,6 +207,16 @@ def given_text(result: CheckResult) -> str:
     if result.battery is not None:
         capacity_wh = result.battery.capacity_wh
     return printable(basis_text(result.setup, capacity_wh=capacity_wh))
+
+
+def given_texts(given: Iterable[tuple[str, str]]) -> tuple[str, ...]:
+    """Return what verdicts hold for, by names; of which where it differs."""
+    names: dict[str, list[str]] = {}
+    for name, text in given:
+        names.setdefault(text, []).append(printable(name))
+    if len(names) == 1:
+        return (*names,)
+    return tuple(f"{text}: {', '.join(of)}" for text, of in names.items())
 
 
 def badness(result: CheckResult | UnreadableMission) -> tuple[float, ...]:

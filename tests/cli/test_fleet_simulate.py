@@ -55,7 +55,9 @@ def test_sorties_are_counted_beside_the_vehicles_of_the_file(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["fleet", "simulate", str(SHIPPED / "survey-two-quads.toml")]) == 0
-    assert "5 sorties on 2 vehicles: missions" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "5 sorties on 2 vehicles: missions" in said
+    assert "\nfalkowski-2023-quadrotor, battery 77.0 Wh, wind 3.0 m/s from 270°\n" in said
 
 
 def test_a_fleet_without_swarm_and_sorties_is_told_so(

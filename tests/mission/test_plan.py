@@ -296,6 +296,20 @@ def test_a_number_for_autocontinue_is_understood_and_told(written: int, read_as:
     assert codes(mission) == ["L109"]
 
 
+def test_half_a_character_in_an_item_is_passed_over_or_refused_with_its_place() -> None:
+    # JSON can hold "\\ud800", which no encoding of text can.
+    plan = copy.deepcopy(PLAN)
+    plan["mission"]["items"][0] |= {"note \ud800": 1}
+    places = [
+        (one.command, one.latitude_deg, one.altitude_m) for one in read(json.dumps(PLAN)).items
+    ]
+    read_past = read(json.dumps(plan)).items
+    assert [(one.command, one.latitude_deg, one.altitude_m) for one in read_past] == places
+    plan["mission"]["items"][0] |= {"autoContinue": "\ud800"}
+    with pytest.raises(MissionFileError, match="item 1: 'autoContinue' is the text"):
+        read(json.dumps(plan))
+
+
 def test_a_missing_autocontinue_is_true_and_told() -> None:
     item = waypoint()
     del item["autoContinue"]

@@ -25,7 +25,7 @@ from page_browser import (
 from planner.cli.main import main
 from planner.errors import ExitCode
 from planner.fleet.schedule import Objective, Schedule
-from planner.report.fleet import fleet_document, given_texts, plan_json
+from planner.report.fleet import fleet_document, flown_with_texts, plan_json
 from planner.report.html.fleet import fleet_html, packed_tables
 from planner.service.fleet_plan import FleetPlan, PlanRow
 from planner.service.fleet_timeline import fleet_timeline
@@ -172,7 +172,7 @@ def test_no_table_is_wider_than_its_box_and_what_flies_is_beside_the_verdict(
         f"return [...document.querySelectorAll('.wide')].some({wider})"
     )
     given = [one.text for one in browser.find_elements("css selector", "h1 ~ .given")]
-    assert given == [*given_texts(result)] != []
+    assert given == [*flown_with_texts(result)] != []
 
 
 def test_packed_columns_hold_what_they_were_made_of() -> None:

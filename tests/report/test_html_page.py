@@ -423,6 +423,9 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
         browser.find_element("css selector", "h1").text
         == "3 missions: 1 GO, 1 NO-GO, 1 NOT CHECKED"
     )
+    given = [one.text for one in browser.find_elements("css selector", ".part > .given")]
+    assert [one.rpartition(": ")[2] for one in given] == [fine.file, survey.file]
+    assert "no wind" in given[0]
     files = (
         "return [...document.querySelectorAll('#overview tbody th')].map(one => one.textContent)"
     )

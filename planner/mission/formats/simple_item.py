@@ -181,15 +181,19 @@ class _CleanItem(Value, forbid_unknown_fields=True, gc=False):
         return self.Altitude == self.params[6] and self.AltitudeMode == mode
 
 
+_UNCLEAN = msgspec.ValidationError, UnicodeEncodeError
+"""What is raised of an item that is not clean; the second by half a character ("\\ud800")."""
+
+
 def _clean_items(elements: Sequence[dict[str, Any]]) -> Sequence[_CleanItem | None]:
     """Return elements of a plan, of which all is checked at once; ``None``: one is not clean."""
-    with suppress(msgspec.ValidationError):
+    with suppress(*_UNCLEAN):
         return msgspec.convert(elements, list[_CleanItem])
     items: list[_CleanItem | None] = []
     for raw in elements:
         try:
             items.append(msgspec.convert(raw, _CleanItem))
-        except msgspec.ValidationError:
+        except _UNCLEAN:
             items.append(None)
     return items
 

@@ -21,14 +21,15 @@ from planner.report.figures import KEY_FIGURES, shown_figure
 from planner.report.html.mission import mission_view
 from planner.report.json import figures
 from planner.report.plots.picture_files import chart_config, load_altair, load_converter
-from planner.report.text import badness, finding_tally, tally, well_formed
+from planner.report.text import badness, finding_tally, given_text, given_texts, tally, well_formed
+from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from datetime import datetime
 
     from planner.geo.tiles import TileServer
-    from planner.service.preflight import CheckResult, UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
     Results = Sequence[CheckResult | UnreadableMission]
 
@@ -99,6 +100,11 @@ def check_html(
         missions=order,
         heads=[one.label for one in KEY_FIGURES],
         overview=() if title else _overview(results, order),
+        given=given_texts(
+            (result.file, given_text(result))
+            for result in results
+            if isinstance(result, CheckResult)
+        ),
         sections=sections,
         payloads=[page_json(view["payload"]) for view in missions],
         images="" if server is None else server.origin,
@@ -122,7 +128,7 @@ def page_text(
     """
     style, script = (_text(name) for name in ("page.css", "page.js"))
     scripts = [plotting_bundle(), script] if has_charts else [script]
-    empty = {"missions": (), "heads": (), "overview": (), "payloads": ()}
+    empty = {"missions": (), "heads": (), "overview": (), "given": (), "payloads": ()}
     text = template("page.html.j2").render(
         title=title,
         is_one=is_one,

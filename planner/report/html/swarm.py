@@ -28,6 +28,7 @@ from planner.report.swarm import (
     outcome_text,
     reached_text,
     swarm_document,
+    swarm_given_texts,
     swarm_headline,
 )
 from planner.report.text import by_weight, closing_line, printable
@@ -119,6 +120,7 @@ def swarm_html(result: SwarmResult, *, version: str, made_at: datetime) -> str:
             "verdict": verdict,
             "file": printable(result.file),
             "headline": f"{swarm_headline(result)}{cut}",
+            "given": swarm_given_texts(result),
             "cards": [one for one in _numbers(document, "", _CARDS) if one is not None],
             "faults": [
                 (one.name, fault_text(one.fault), outcome_text(one))
@@ -198,6 +200,7 @@ def numbers_html(numbers: SwarmNumbers, *, version: str, made_at: datetime) -> s
             "verdict": "CLEAR" if is_clear else "NOT CLEAR",
             "file": printable(numbers.file),
             "headline": numbers_headline(numbers),
+            "given": (),
             "note": numbers_note(numbers),
             "cut_short": NUMBERS_CUT_SHORT if numbers.is_cut_short else "",
             "heads": [label for _, label, _ in _OF_NUMBER],

@@ -156,7 +156,14 @@ def preview(entry: MissionEntry, result: Outcome | None) -> Details:
     else:
         brief, found = summary(result), result.findings
     problems = dict.fromkeys(map(finding_line, by_weight(found)[0]))
-    texts = (brief.headline, brief.return_plan, *problems, brief.closing, brief.not_checked)
+    texts = (
+        brief.given,
+        brief.headline,
+        brief.return_plan,
+        *problems,
+        brief.closing,
+        brief.not_checked,
+    )
     return Details(
         title=f"{brief.verdict}  {entry.name}",
         tone=_tone(result),
