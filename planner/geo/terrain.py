@@ -502,7 +502,7 @@ def _opened(path: Path, driver: str) -> Iterator[Any]:
         from rasterio._err import CPLE_BaseError
         from rasterio.errors import NotGeoreferencedWarning, RasterioError
     if not path.is_file():
-        msg = "no such file"
+        msg = "is not a file" if path.exists() else "no such file"
         raise TerrainFileError(msg, source=str(path))
     try:
         with warnings.catch_warnings():

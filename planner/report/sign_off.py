@@ -24,7 +24,7 @@ from planner.report.json import (
     values,
 )
 from planner.report.text import finding_message
-from planner.service.preflight import check_file
+from planner.service.preflight import UnreadableMission, check_file
 from planner.setting import File, Switch
 from planner.setup import SETTINGS_FILE, Setup, settings
 from planner.values import Value, field_values
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from planner.findings import Finding
-    from planner.service.preflight import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult
     from planner.site_profile import ManualItem
 
 _MOST_BYTES = 1 << 24
@@ -285,7 +285,8 @@ def verified_sign_off(
             kind="verdict", subject="verdict", signed=signed.verdict_text, now=result.verdict_text
         )
         changes.append(change)
-    changes += _changes_of_figures(signed.numbers, _numbers(result))
+    if not isinstance(result, UnreadableMission):  # which has none
+        changes += _changes_of_figures(signed.numbers, _numbers(result))
     changes += _changes_of_findings(signed.findings, _signed_findings(result.findings))
     return VerifiedSignOff(file=str(path), sign_off=signed, result=result, changes=tuple(changes))
 

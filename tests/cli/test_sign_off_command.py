@@ -106,7 +106,9 @@ def test_a_smaller_battery_changes_verdict_figures_and_findings(
 def test_a_mission_that_is_gone_is_no_verdict(capsys: pytest.CaptureFixture[str]) -> None:
     file = signed()
     Path("site", MISSION).unlink()
-    assert "verdict" in changes(file, capsys)
+    found = changes(file, capsys)
+    assert "verdict" in found
+    assert "figure" not in found  # there are none now
 
 
 def test_a_refusal_is_never_valid(capsys: pytest.CaptureFixture[str]) -> None:
