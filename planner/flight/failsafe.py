@@ -47,6 +47,10 @@ _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
 _ARDUPILOT_ACTIONS = {0: WARNS, 1: LANDS, 2: RETURNS, **BY_OWN_TRACK, 6: TO_LANDING, **STOPS_FLYING}
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT (``AP_BattMonitor_Params.cpp``, values of Copter)."""
 
+_ARDUPILOT_PRIORITIES = {action: rank for rank, action in enumerate((5, 1, 2, 4, 3, 0))}
+"""Ranks of these, the highest first; what is not among them comes last (``Copter.h``)."""
+_LOW = "LOW"
+
 
 class FailsafeEvent(Value):
     """One decision of the autopilot on board."""
@@ -338,6 +342,26 @@ def ardupilot_events(
 ) -> Iterator[FailsafeEvent]:
     """Yield what ArduPilot decides along a flight by one of its monitors, in no order.
 
+    What is critical acts behind what is low only with as high a priority, also where the low one only warned
+    or came too late (``AP_BattMonitor::check_failsafes``; flown: a brake never did).
+    """
+    seen = list(_ardupilot_events(profile, parameters, monitor))
+    low = [(event.segment, event.fraction) for which, event in seen if which == _LOW]
+    ranks = [
+        _ARDUPILOT_PRIORITIES.get(action, len(_ARDUPILOT_PRIORITIES))
+        for action in (parameters.battery_low_action, parameters.battery_critical_action)
+    ]
+    for which, event in seen:
+        is_behind = which != _LOW and any(one <= (event.segment, event.fraction) for one in low)
+        if not is_behind or ranks[1] <= ranks[0]:
+            yield event
+
+
+def _ardupilot_events(
+    profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str
+) -> Iterator[tuple[str, FailsafeEvent]]:
+    """Yield what ArduPilot sees, with the name of the threshold.
+
     ``AP_BattMonitor_Backend::update_failsafes``: what BATT_CAPACITY leaves is counted from full when
     the vehicle is switched on, whatever the charge; a voltage must be low for BATT_LOW_TIMER.
     """
@@ -354,13 +378,13 @@ def ardupilot_events(
             if found is not None:
                 name, limit = f"{monitor}_{which}_MAH", quantity.charge_of_ah(charge_ah)
                 reading = f"{limit} of {monitor}_CAPACITY are left, {name} is {limit}"
-                yield _event(name, does, reading, found)
+                yield which, _event(name, does, reading, found)
         if low_v > 0.0 and hold_s > 0.0 and voltage_v is not None:
             found = _first_below_for(profile.time_s, voltage_v, low_v, hold_s)
             if found is not None:
                 name, volts = f"{monitor}_{which}_VOLT", quantity.decimals(low_v, 1)
                 reading = f"below {volts} V {kind} for {quantity.duration(hold_s)}: {name}"
-                yield _event(name, does, reading, found)
+                yield which, _event(name, does, reading, found)
 
 
 def own_landing(parameters: FlightParameters | None) -> tuple[str, float | None]:

@@ -723,6 +723,39 @@ def test_ardupilot_does_as_its_action_says(which: str, action: int, does: str) -
     assert found[0].message.startswith(f"the vehicle itself {does} at ")
 
 
+@pytest.mark.parametrize(
+    ("low", "critical", "acts"),
+    [
+        (0, 1, True),
+        (0, 3, True),
+        (0, 7, False),  # flown: "Battery 1 is critical", and the mission goes on
+        (0, 6, False),
+        (7, 7, True),  # and anything behind it
+        (7, 3, True),
+        (2, 1, True),
+        (2, 4, False),
+        (1, 2, False),
+    ],
+)
+def test_what_is_critical_acts_by_its_priority_behind_what_was_low(
+    low: int, critical: int, *, acts: bool
+) -> None:
+    # AP_BattMonitor::check_failsafes: terminate, land, return, SmartRTL or land, SmartRTL, none.
+    pack = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
+    profile = battery_profile(_px4_returns(), pack, None, charge=1.0)
+    used_ah = np.linspace(0.0, 4.0, len(profile.time_s))
+    parameters = ArduPilotParameters(
+        battery_capacity_ah=8.0,
+        battery_low_ah=7.0,
+        battery_critical_ah=6.0,
+        battery_low_action=low,
+        battery_critical_action=critical,
+    )
+    events = ardupilot_events(replace(profile, used_ah=used_ah), parameters)
+    names = ["BATT_LOW_MAH", "BATT_CRT_MAH"]
+    assert [one.parameter for one in events] == (names if acts else names[:1])
+
+
 def test_ardupilot_counts_from_full_whatever_the_charge() -> None:
     # Half full at the start: the autopilot counts down from BATT_CAPACITY all the same.
     full = checked(BATT_CAPACITY=8000, BATT_LOW_MAH=7000, BATT_FS_LOW_ACT=2)
