@@ -80,6 +80,8 @@ _ENDS_FLYING = frozenset({LANDS, *STOPS_FLYING.values()})
 _SDS_BELOW_UPPER = 1.2816
 """Standard deviations from the mean to what one flight of ten exceeds. [-]"""
 _NO_DEVIATION = 1e-12
+GOES_WITHOUT_SAYING_S = 3.0
+"""What a return begun anew lands later by less need not be told. [s]"""
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
@@ -115,7 +117,8 @@ FAILSAFE_BEFORE_END = Rule(
     "place, one that climbs again and for that lands below the reserve, SmartRTL above the height of the "
     "take-off, which leads back through all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a "
     "return of the mission before it one that ArduPilot begins anew, its wait too, and for that lands below "
-    "the reserve, or on which the next failsafe lands it before it is home.  Not checked where nothing "
+    "the reserve, or on which the next failsafe lands it before it is home; a warning of a return that ends "
+    "where it was landing, more than 3 s later.  Not checked where nothing "
     "measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
@@ -138,7 +141,41 @@ def _failsafe_before_end(
         yield from unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
     else:
-        yield from _cut_anew(a, events, profile, pack, parameters)
+        cut = list(_cut_anew(a, events, profile, pack, parameters))
+        yield from cut
+        if cut:
+            return
+    yield from _landing_later(a, events)
+
+
+def _landing_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
+    """Yield the return that breaks off the last landing and ends there, where it takes its time.
+
+    Flown by PX4, RTL_TYPE 1 and RTL_RETURN_ALT 50 m, COM_FLT_TIME_MAX in a landing from 22 m: up to 49 m,
+    and down 51 s later.
+    """
+    if _lands_on(a):
+        return
+    for event in sorted(events, key=lambda one: (one.segment, one.fraction)):
+        comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
+        if event.action != RETURNS or not comes_down or not _comes_too_late(a, event):
+            continue
+        points = _points(a, event)
+        if _stands(points, a.route.stages[-1]):
+            return
+        later_s = return_later_s(a, points, lands_s=a.flight.time_s)
+        if later_s > GOES_WITHOUT_SAYING_S:
+            found = _reported(a, event, Severity.WARNING)
+            later = f"; it lands {quantity.duration(later_s)} later than predicted"
+            yield replace(found, message=f"{found.message}{later}")
+            return
+
+
+def return_later_s(a: Assessment, points: ReturnPoints, *, lands_s: float) -> float:
+    """Return how much later a return from a point of a landing is down than that would be. [s]"""
+    flown = a.returns.flown(points)
+    back_s = flown.time_s + late_returns_of(a, flown).in_all_s
+    return float((points.time_s + back_s)[0]) - lands_s
 
 
 def _cut_anew(
@@ -360,7 +397,7 @@ def _points(a: Assessment, event: FailsafeEvent) -> ReturnPoints:
 def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     """Return whether a failsafe ends where the vehicle lands already, or on the ground."""
     points = _points(a, event)
-    if points.place_m[0, 2] - landing.height_m < _ON_GROUND_M:
+    if _stands(points, landing):
         return True
     if event.action in STOPS_FLYING.values() or (
         event.action == TO_LANDING and _has_landing(a.mission)
@@ -372,6 +409,11 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     east_m, north_m = targets.ground_m[0, :2]
     is_there = math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
     return is_there and not return_short_wh(a, points)
+
+
+def _stands(points: ReturnPoints, landing: Stage) -> bool:
+    """Return whether a vehicle at a point has landed."""
+    return bool(points.place_m[0, 2] - landing.height_m < _ON_GROUND_M)
 
 
 def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:

@@ -47,8 +47,6 @@ _LEAST_SLOPE = 0.5
 """RTL_CONE_SLOPE from which on a return near home does not climb."""
 _AT_HOME_M = 5.0
 """A landing so near to home is one at home to a return. [m]"""
-_LATER_S = 3.0
-"""A return begun anew that is no later than so goes without saying. [s]"""
 _HEIGHTS = 201
 """At how many heights of a landing it is looked for where the floor is. [-]"""
 _HOME_FRAMES = frozenset({1.0, 2.0})
@@ -214,7 +212,12 @@ def _begun_anew(
     ``ModeRTL::init`` stops, climbs by its cone, and waits over home once more.  Flown with a floor of 5 m:
     9 s later, with RTL_LOIT_TIME 60 s 64 s.
     """
-    from planner.rules.failsafe import closes_its_track, return_short_wh
+    from planner.rules.failsafe import (
+        GOES_WITHOUT_SAYING_S,
+        closes_its_track,
+        return_later_s,
+        return_short_wh,
+    )
 
     returns, motion = a.returns, a.flight.motion
     [*_, last] = segments = np.flatnonzero(returns.segment_stage == row).tolist()
@@ -233,9 +236,9 @@ def _begun_anew(
             Severity.ERROR,
             f": the return begun anew ends {quantity.energy(short_wh)} below the reserve",
         )
-    later_s = float((points.time_s + returns.flown(points).time_s)[0]) - lands_s
+    later_s = return_later_s(a, points, lands_s=lands_s)
     later = f": it lands {quantity.duration(later_s)} later than predicted"
-    return (Severity.WARNING, later) if later_s > _LATER_S else None
+    return (Severity.WARNING, later) if later_s > GOES_WITHOUT_SAYING_S else None
 
 
 @judges(FENCE_HEIGHT, needs=(ARDUPILOT,))

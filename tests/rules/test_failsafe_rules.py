@@ -87,6 +87,11 @@ def told(result: CheckResult, code: str) -> list[Finding]:
     return [finding for finding in result.findings if finding.code == code]
 
 
+def ended(result: CheckResult) -> list[Finding]:
+    """Return the failsafes that end a flight early: what lands later where it would is a warning."""
+    return [one for one in told(result, "E103") if one.severity is Severity.ERROR]
+
+
 def fraction_left(result: CheckResult, item: int) -> float:
     used = next(one.energy_used_wh for one in result.items if one.item == item)
     assert used is not None
@@ -348,8 +353,8 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     lands_m: float | None, action: int, does: str
 ) -> None:
     """``Copter::handle_battery_failsafe``: only bit 3 of FS_OPTIONS lets a landing continue."""
-    found = told(late(lands_m, BATT_FS_LOW_ACT=action), "E103")
-    assert [one.severity for one in found] == [Severity.ERROR] * bool(does)
+    found = ended(late(lands_m, BATT_FS_LOW_ACT=action))
+    assert bool(found) is bool(does)
     assert all(f"the vehicle itself {does} at" in one.message for one in found)
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
 
@@ -376,8 +381,8 @@ def test_a_return_from_the_last_metres_may_climb_for_more_than_the_battery_holds
     own = {"RTL_ALT": 10000.0, "RTL_CONE_SLOPE": float(cone_slope)}
     flight_wh = late(lands_m, **own).totals.energy_wh or 0.0
     reserve = 1.0 - (flight_wh + margin_wh) / LABEL.energy_wh
-    found = told(late(lands_m, reserve=reserve, BATT_FS_LOW_ACT=2, **own), "E103")
-    assert [one.severity for one in found] == [Severity.ERROR] * acts
+    found = ended(late(lands_m, reserve=reserve, BATT_FS_LOW_ACT=2, **own))
+    assert bool(found) is acts
     assert all("that return ends" in one.message for one in found)
     assert not told(late(lands_m, reserve=reserve, BATT_FS_LOW_ACT=2, FS_OPTIONS=24, **own), "E103")
 
@@ -437,8 +442,8 @@ def test_the_next_failsafe_may_cut_the_motors_on_a_return_begun_in_the_landing(
         BATT_CRT_MAH=8000.0 * _left(late(0.0)) - 60.0,
         BATT_FS_CRT_ACT=critical_action,
     )
-    found = told(result, "E103")
-    assert [one.severity for one in found] == [Severity.ERROR] * acts
+    found = ended(result)
+    assert bool(found) is acts
     assert all("and on that return cuts its motors" in one.message for one in found)
 
 
@@ -508,9 +513,8 @@ def test_the_greatest_time_of_a_px4_flight_ends_a_landing_too(
 ) -> None:
     flown = mission(takeoff(50), waypoint(1000, 50), item(21, north(lands_m), 0.0))
     end_s = checked(flown, autopilot=Autopilot.PX4).totals.time_s
-    ended = checked(flown, autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=end_s - 10.0)
-    found = told(ended, "E103")
-    assert [one.severity for one in found] == [Severity.ERROR] * acts
+    found = ended(checked(flown, autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=end_s - 10.0))
+    assert bool(found) is acts
 
 
 @pytest.mark.parametrize(("sd_kg", "acts"), [(0.01, False), (0.5, True)])
@@ -721,6 +725,28 @@ def test_ardupilot_does_as_its_action_says(which: str, action: int, does: str) -
     found = told(checked(BATT_CAPACITY=8000, **given), "E103")
     assert [one.severity for one in found] == [Severity.ERROR if action else Severity.INFO]
     assert found[0].message.startswith(f"the vehicle itself {does} at ")
+
+
+@pytest.mark.parametrize(
+    ("highest_m", "before_end_s", "later_s"),
+    [
+        (50.0, 18.0, (40.0, 60.0)),  # flown: up to 49 m, and down 51 s later than planned
+        (22.0, 18.0, (5.0, 20.0)),  # from about 10 m
+        (50.0, 1.0, None),  # on the ground, where it waits for 2 s to disarm
+    ],
+)
+def test_a_return_that_breaks_off_the_last_landing_is_told_with_its_time(
+    highest_m: float, before_end_s: float, later_s: tuple[float, float] | None
+) -> None:
+    flown = mission(takeoff(22), waypoint(60, 22), item(21, north(60), 0.0))
+    own = {"RTL_TYPE": 1.0, "RTL_RETURN_ALT": highest_m}
+    end_s = checked(flown, autopilot=Autopilot.PX4, **own).totals.time_s
+    own["COM_FLT_TIME_MAX"] = end_s - before_end_s
+    found = told(checked(flown, autopilot=Autopilot.PX4, **own), "E103")
+    assert [one.severity for one in found] == ([] if later_s is None else [Severity.WARNING])
+    if later_s is not None:
+        [said] = re.findall(r"it lands ([\d.]+) s later than predicted", found[0].message)
+        assert later_s[0] < float(said) < later_s[1]
 
 
 @pytest.mark.parametrize(
