@@ -238,6 +238,7 @@ class Discharge(Value, eq=False):
     can_deliver: bool
     """Whether the battery has the power for every moment of the flight."""
     highest_current_a: float
+    """While there is charge left. [A]"""
     highest_current_segment: int
     charge_ah: float
     """Charge the flight takes. [Ah]"""
@@ -332,7 +333,8 @@ def _discharges(
     open_v = circuit.open_circuit_v(left)
     peak_w = loads.peak_w[:, None]
     peak_v, can_deliver = circuit.loaded_v(open_v, peak_w), circuit.can_deliver(open_v, peak_w)
-    lowest, strongest = peak_v.argmin(axis=0), (peak_w / peak_v).argmax(axis=0)
+    current_a = np.where(left > 0.0, peak_w / peak_v, 0.0)  # an empty pack gives none
+    lowest, strongest = peak_v.argmin(axis=0), current_a.argmax(axis=0)
 
     last = motion.last_piece
     soc = np.concatenate((charge[None], left[last]))
@@ -350,7 +352,7 @@ def _discharges(
             lowest_voltage_v=float(peak_v[low, number]),
             lowest_voltage_segment=int(motion.piece_segment[low]),
             can_deliver=bool(can_deliver[number]),
-            highest_current_a=float(loads.peak_w[high] / peak_v[high, number]),
+            highest_current_a=float(current_a[high, number]),
             highest_current_segment=int(motion.piece_segment[high]),
             charge_ah=own.capacity_ah * (one.charge - float(left[-1, number])),
             usable_wh=own.delivered_wh(used_w, one.charge, empty),

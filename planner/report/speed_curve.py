@@ -96,7 +96,7 @@ def _row(flown: FlownSpeed, *, digits: int = 1) -> tuple[str, ...]:
         quantity.decimals(flown.energy_wh_per_km, 2),
         quantity.decimals(flown.mean_power_w, 0),
         quantity.decimals(flown.margin_wh, 1),
-        " ".join((flown.verdict, *flown.against)),
+        " ".join((flown.verdict_text, *flown.against)),
     )
 
 

@@ -119,12 +119,12 @@ DISCHARGE_RATE_HIGH = Rule(
     summary="The flight draws more current than the battery is rated for.",
     why="Beyond its rate a battery heats up, sags and ages, and its predicted voltage does not hold; "
     "beyond what any battery gives the vehicle falls down.",
-    how="Highest predicted current over the charge of the new battery (of a battery of which only the "
-    "energy is known, power over energy), above its max_c_rate: a warning.  An error where it is "
-    "also above the most that any battery of its kind of cell gives (36 C for lithium-polymer, 20 C for "
-    "lithium-ion), or its mean above what one bears until it is empty (20 C and 12 C) and above the rate: "
-    "limits and sources in models/chemistries.  Of an unknown kind the limits of lithium-polymer are an "
-    "error; without a rate, those of lithium-ion a warning.",
+    how="Highest predicted current while there is charge left over the charge of the new battery (of a "
+    "battery of which only the energy is known, power over energy), above its max_c_rate: a warning.  An "
+    "error where it is also above the most that any battery of its kind of cell gives (36 C for "
+    "lithium-polymer, 20 C for lithium-ion), or its mean above what one bears until it is empty (20 C and 12 "
+    "C) and above the rate: limits and sources in models/chemistries.  Of an unknown kind the limits of "
+    "lithium-polymer are an error; without a rate, those of lithium-ion a warning.",
     fix="use a battery of more charge or a higher rate, or fly slower and lighter",
     instead="--battery",
 )

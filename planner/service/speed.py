@@ -97,6 +97,8 @@ class FlownSpeed(Value):
     fits: bool | None
     """Whether the battery does for it: no finding of energy makes it a no-go; ``None``: not known."""
     verdict: str
+    verdict_text: str
+    """The same in words: what could not be checked is told from what is no go."""
     against: tuple[str, ...]
     """Codes of the findings that make it a no-go, and of those about the fence."""
 
@@ -350,6 +352,7 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
         return_margin_wh=None if plan is None else plan.margin_wh,
         fits=None if battery is None or not is_known else not lacking and min(margins_wh) >= 0.0,
         verdict=result.verdict,
+        verdict_text=result.verdict_text,
         against=tuple(sorted({*against})),
     )
 

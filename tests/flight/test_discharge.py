@@ -256,6 +256,16 @@ def test_a_rate_does_not_excuse_what_no_battery_gives(
     assert rates == ([] if severity is None else [severity])
 
 
+def test_an_empty_battery_gives_no_current() -> None:
+    # 458 W from 24 V are 19 A, 16 times 1.2 Ah an hour; 353 W from the 9 V of an empty pack were 33 times.
+    assert PACK.ocv_v is not None
+    curve = (10.0, *PACK.ocv_v[1:])
+    small = replace(PACK, capacity_ah=1.2, internal_resistance_ohm=0.02, ocv_v=curve)
+    result = checked(replace(small, max_c_rate=25.0))
+    assert found(result, "E101")
+    assert not found(result, "E110")
+
+
 NEED_WH = checked().totals.energy_wh
 
 

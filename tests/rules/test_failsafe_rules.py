@@ -739,7 +739,7 @@ def test_a_return_that_breaks_off_the_last_landing_is_told_with_its_time(
     highest_m: float, before_end_s: float, later_s: tuple[float, float] | None
 ) -> None:
     flown = mission(takeoff(22), waypoint(60, 22), item(21, north(60), 0.0))
-    own = {"RTL_TYPE": 1.0, "RTL_RETURN_ALT": highest_m}
+    own: dict[str, Any] = {"RTL_TYPE": 1.0, "RTL_RETURN_ALT": highest_m}
     end_s = checked(flown, autopilot=Autopilot.PX4, **own).totals.time_s
     own["COM_FLT_TIME_MAX"] = end_s - before_end_s
     found = told(checked(flown, autopilot=Autopilot.PX4, **own), "E103")
