@@ -29,7 +29,7 @@ from planner.flight.failsafe import (
     px4_voltage_assumed,
 )
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import is_of_ardupilot
+from planner.flight.pilot import ArduPilotPilot, is_of_ardupilot
 from planner.mission.commands import Command
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.physics.battery import loaded_voltage_v
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
-    from planner.flight.returns.path import ReturnPoints
+    from planner.flight.returns.path import ReturnPoints, Returns
     from planner.mission.items import Mission
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
@@ -112,14 +112,13 @@ FAILSAFE_BEFORE_END = Rule(
     "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; an unknown resistance is taken to be no more than that of cells of "
     "0.05 ohm for 1 Ah (9 of 10 have less), at the highest power and in the worst of E134's flights: where "
     "the failsafe acts by that, it is not checked (X904).  An error where the vehicle returns or lands, "
-    "information where it "
-    "only warns; in the last landing only what breaks it off: motors cut, a brake, a return to another "
-    "place, one that climbs again and for that lands below the reserve, SmartRTL above the height of the "
-    "take-off, which leads back through all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a "
-    "return of the mission before it one that ArduPilot begins anew, its wait too, and for that lands below "
-    "the reserve, or on which the next failsafe lands it before it is home; a warning of a return that ends "
-    "where it was landing, more than 3 s later.  Not checked where nothing "
-    "measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
+    "information where it only warns; in the last landing only what breaks it off: motors cut, a brake, a "
+    "return to another place, one that climbs again and for that lands below the reserve (SmartRTL to the "
+    "height of the take-off), SmartRTL above that height, which leads back through all of the flight "
+    "(ArduPilot: none with FS_OPTIONS 8), and in a return of the mission before it one that ArduPilot begins "
+    "anew, its wait too, and for that lands below the reserve, or on which the next failsafe lands it before "
+    "it is home; a warning of a return that ends where it was landing, more than 3 s later.  Not checked "
+    "where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -158,22 +157,28 @@ def _landing_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Findi
         return
     for event in sorted(events, key=lambda one: (one.segment, one.fraction)):
         comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
-        if event.action != RETURNS or not comes_down or not _comes_too_late(a, event):
+        if not comes_down or not _comes_too_late(a, event):
             continue
         points = _points(a, event)
+        returns = _way_back(a, event, points)
+        if returns is None:
+            continue
         if _stands(points, a.route.stages[-1]):
             return
-        later_s = return_later_s(a, points, lands_s=a.flight.time_s)
+        later_s = return_later_s(a, points, returns, lands_s=a.flight.time_s)
         if later_s > GOES_WITHOUT_SAYING_S:
             found = _reported(a, event, Severity.WARNING)
-            later = f"; it lands {quantity.duration(later_s)} later than predicted"
+            up_to = "" if event.action == RETURNS else "up to "
+            later = f"; it lands {up_to}{quantity.duration(later_s)} later than predicted"
             yield replace(found, message=f"{found.message}{later}")
             return
 
 
-def return_later_s(a: Assessment, points: ReturnPoints, *, lands_s: float) -> float:
+def return_later_s(
+    a: Assessment, points: ReturnPoints, returns: Returns, *, lands_s: float
+) -> float:
     """Return how much later a return from a point of a landing is down than that would be. [s]"""
-    flown = a.returns.flown(points)
+    flown = returns.flown(points)
     back_s = flown.time_s + late_returns_of(a, flown).in_all_s
     return float((points.time_s + back_s)[0]) - lands_s
 
@@ -386,7 +391,9 @@ def _begins_anew_short(a: Assessment, event: FailsafeEvent) -> bool:
 
     ArduPilot climbs and waits over home once more (``ModeRTL::init``; flown), PX4 goes on.
     """
-    return is_of_ardupilot(a.own_parameters) and return_short_wh(a, _points(a, event)) > 0.0
+    if not is_of_ardupilot(a.own_parameters):
+        return False
+    return return_short_wh(a, _points(a, event), a.returns) > 0.0
 
 
 def _points(a: Assessment, event: FailsafeEvent) -> ReturnPoints:
@@ -404,11 +411,12 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     ):
         return False
     if event.action in BY_OWN_TRACK.values():
-        return closes_its_track(a, points.place_m[0])
+        returns = _way_back(a, event, points)
+        return returns is not None and not return_short_wh(a, points, returns)
     targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
     east_m, north_m = targets.ground_m[0, :2]
     is_there = math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
-    return is_there and not return_short_wh(a, points)
+    return is_there and not return_short_wh(a, points, a.returns)
 
 
 def _stands(points: ReturnPoints, landing: Stage) -> bool:
@@ -416,21 +424,48 @@ def _stands(points: ReturnPoints, landing: Stage) -> bool:
     return bool(points.place_m[0, 2] - landing.height_m < _ON_GROUND_M)
 
 
+def _way_back(a: Assessment, event: FailsafeEvent, points: ReturnPoints) -> Returns | None:
+    """Return the returns of which a failsafe begins one from a point; ``None``: none that is known."""
+    if event.action == RETURNS:
+        return a.returns
+    if event.action in BY_OWN_TRACK.values() and closes_its_track(a, points.place_m[0]):
+        return up_its_track(a)
+    return None
+
+
+def up_its_track(a: Assessment) -> Returns:
+    """Return the returns of SmartRTL over home: up to the top of the take-off, and down.
+
+    Both parts of its track lie on one line there, and the loop may be closed anywhere on it: of 13 flights
+    6 were down on the spot, 7 climbed from 2 to 8 m up to the 20 to 60 m of their take-off.
+    """
+    returns = a.returns
+    assert isinstance(returns.pilot, ArduPilotPilot)
+    own = replace(
+        returns.pilot.parameters,
+        return_altitude_m=a.route.stages[0].height_m,
+        return_climb_min_m=0.0,
+        return_cone_slope=0.0,
+        return_loiter_s=0.0,
+    )
+    return replace(returns, pilot=replace(returns.pilot, parameters=own))
+
+
 def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:
-    """Return whether SmartRTL lands at a place: where the take-off led through.
+    """Return whether SmartRTL stays over home from a place: where the take-off led through.
 
     Notes
     -----
     ``AP_SmartRTL`` closes a loop where two parts of the track meet, in height too; else it leads back through
     all of the flight, to where it was armed.  Flown: event 40 m up in the descent over home, take-off item
-    10 m: back along all waypoints, 816 m; take-off item as high: down on the spot.
+    10 m: back along all waypoints, 816 m.
     """
     first, (east_m, north_m, height_m) = a.route.stages[0], place_m
     is_above_home = math.hypot(east_m - first.east_m, north_m - first.north_m) < _SAME_TRACK_M
     return first.kind is StageKind.TAKEOFF and is_above_home and bool(height_m <= first.height_m)
 
 
-def return_short_wh(a: Assessment, points: ReturnPoints) -> float:
+def return_short_wh(a: Assessment, points: ReturnPoints, returns: Returns) -> float:
     """Return how far a return from a point lands below the reserve, and below the flight as planned. [Wh]
 
     A return begun just above the ground may climb as high as any: ``ModeRTL::compute_return_target`` with
@@ -438,7 +473,7 @@ def return_short_wh(a: Assessment, points: ReturnPoints) -> float:
     """
     if a.battery is None:
         return 0.0
-    flown = a.returns.flown(points)
+    flown = returns.flown(points)
     late_wh = a.late_return_wh(flown, late_returns_of(a, flown))
     needed_wh = float((points.used_wh + flown.energy_wh + late_wh)[0])
     return max(needed_wh - max(a.battery.above_reserve_wh, a.totals.energy_wh + a.late_wh), 0.0)
@@ -451,7 +486,9 @@ def _has_landing(mission: Mission) -> bool:
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
     [point] = a.returns.flight_points([(event.segment, event.fraction)])
-    short_wh = return_short_wh(a, _points(a, event)) if event.action == RETURNS else 0.0
+    points = _points(a, event)
+    returns = _way_back(a, event, points)
+    short_wh = 0.0 if returns is None else return_short_wh(a, points, returns)
     short = f"; that return ends {quantity.energy(short_wh)} below the reserve" if short_wh else ""
     return a.finding(
         FAILSAFE_BEFORE_END,
@@ -591,6 +628,8 @@ def _ends_of_return(
 ) -> str:
     """Return what ends the return that a failsafe begins, in words; empty: nothing."""
     if event.action in BY_OWN_TRACK.values():
+        if _way_back(a, event, _points(a, event)) is not None:
+            return ""
         left = _at_event(profile.fraction, event)
         back = float(profile.fraction[0]) - left
         return f", and its track back takes {quantity.percent(back)}" if back > left else ""

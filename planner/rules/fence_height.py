@@ -66,7 +66,8 @@ FENCE_HEIGHT = Rule(
     "lowest place between take-off and landing against FENCE_ALT_MIN (bit 8), and take-offs from the ground "
     "and landings where DO_FENCE_ENABLE 1 has switched the floor on, which ArduPilot then leaves on "
     "(FENCE_ACTION 0 and 2 land, those that return land at home, with RTL_CONE_SLOPE, but by a return begun "
-    "anew: a warning of its time, an error where it ends below the reserve, or is SmartRTL above the height "
+    "anew, by SmartRTL up to the height of the take-off: a warning of its time, an error where it ends below "
+    "the reserve, or is SmartRTL above the height "
     "of the take-off or beside it, back through all of the flight), or returns of the vehicle's own "
     "meanwhile.  An error from 0.5 m below a ceiling on, the vertical accuracy that makers state, a warning "
     "from 2 m on, the default of ArduPilot's FENCE_MARGIN: PX4 was recorded up to 1.6 m above commanded "
@@ -217,6 +218,7 @@ def _begun_anew(
         closes_its_track,
         return_later_s,
         return_short_wh,
+        up_its_track,
     )
 
     returns, motion = a.returns, a.flight.motion
@@ -226,18 +228,18 @@ def _begun_anew(
     above = time_s[motion.state_at_time(time_s).height_m > level_m]
     points = returns.points(*returns.at(above[-1:] if len(above) else time_s[:1]))
     if by_own_track:
-        is_closed = closes_its_track(a, points.place_m[0])
-        return (
-            None if is_closed else (Severity.ERROR, ", by its own track, through all of the flight")
-        )
-    short_wh = return_short_wh(a, points)
+        if not closes_its_track(a, points.place_m[0]):
+            return Severity.ERROR, ", by its own track, through all of the flight"
+        returns = up_its_track(a)
+    short_wh = return_short_wh(a, points, returns)
     if short_wh > 0.0:
         return (
             Severity.ERROR,
             f": the return begun anew ends {quantity.energy(short_wh)} below the reserve",
         )
-    later_s = return_later_s(a, points, lands_s=lands_s)
-    later = f": it lands {quantity.duration(later_s)} later than predicted"
+    later_s = return_later_s(a, points, returns, lands_s=lands_s)
+    up_to = "up to " if by_own_track else ""
+    later = f": it lands {up_to}{quantity.duration(later_s)} later than predicted"
     return (Severity.WARNING, later) if later_s > GOES_WITHOUT_SAYING_S else None
 
 

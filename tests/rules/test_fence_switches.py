@@ -68,7 +68,12 @@ AWAY, AT_HOME = LANDS, at(0, 4, 0.0, command=21)
         (1, (ON,), AWAY, Severity.ERROR),
         (1, (ON,), rtl(), Severity.WARNING),
         (1, (ON,), AT_HOME, Severity.WARNING),
-        (3, (ON,), rtl(), None),  # the take-off led through: down on the spot
+        (
+            3,
+            (ON,),
+            rtl(),
+            Severity.WARNING,
+        ),  # up its track, flown from 8 m to the 60 m of the take-off
         (3, (ON,), AT_HOME, Severity.ERROR),  # 4 m beside: back through all of the flight
         (5, (ON,), AT_HOME, Severity.ERROR),
         (2, (ON,), AWAY, None),
