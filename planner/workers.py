@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Sized
 from contextlib import contextmanager
 from itertools import islice
-from threading import Thread, current_thread, main_thread
+from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import WorkersError
@@ -192,12 +192,12 @@ def _single_threaded() -> Iterator[None]:
 
 @contextmanager
 def _unheard() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C from their first moment: they inherit that."""
-    if current_thread() is not main_thread():  # no other may
+    """Start processes that never hear Ctrl-C, as they inherit; this one hears it when that is done."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

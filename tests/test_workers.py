@@ -11,12 +11,16 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from planner.errors import MissionFileError, VehicleFileError, WorkersError
 from planner.findings import Place
 from planner.workers import done_in_order
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 @pytest.mark.parametrize(("workers", "helps"), [(1, False), (2, False), (2, True)])
@@ -34,6 +38,17 @@ def test_results_come_in_the_order_of_the_jobs_and_an_interruption_ends_all(
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_an_interruption_while_workers_start_is_heard_when_they_have() -> None:
+    def jobs() -> Iterator[int]:
+        os.kill(os.getpid(), signal.SIGINT)
+        yield from range(1000)
+
+    with pytest.raises(KeyboardInterrupt), done_in_order(math.factorial, jobs(), workers=2) as done:
+        list(done)
     assert multiprocessing.active_children() == []
 
 

@@ -412,8 +412,9 @@ class _Solver:
             self._model.minimize(amount)
             solver, status = self._solved(effort_s * (_FURTHER if number else 1.0))
             if status == self._cp.UNKNOWN and found is None:
-                # the first that is found is looked for longer, whoever waits
+                # the first that is found is looked for longer, whoever waits: any will do
                 solver = self._solver(EFFORT_S * _FIRST)
+                solver.parameters.stop_after_first_solution = bool(self._patience.cut_short)
                 status = Patience().solved(solver, self._model)
             if status == self._cp.INFEASIBLE and found is None:
                 return None

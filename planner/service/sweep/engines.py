@@ -23,7 +23,7 @@ from planner.errors import ExitCode, MavjouleError, WorkersError
 from planner.service.sweep.batches import run_batch
 from planner.service.sweep.memory import RememberingSteps
 from planner.service.sweep.plan import program_mark
-from planner.workers import done_in_order, search_seldom
+from planner.workers import done_in_order, end_if_stopped, search_seldom
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -104,6 +104,7 @@ def _take(data: bytes) -> None:
 
 
 def _work(job: Job) -> Timed:
+    end_if_stopped()
     return _timed(_own["plan"], job, _own["steps"])
 
 
