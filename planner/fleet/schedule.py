@@ -407,8 +407,8 @@ class _Solver:
         found: CpSolver | None = None
         bound, is_best = 0.0, False
         for number, amount in enumerate(stages):
-            if found is not None and self._patience.cut_short:
-                break
+            if found is not None and self._patience.cut_short and amount is not early:
+                continue  # late starts cross others, and cost more to mend than to avoid
             self._model.minimize(amount)
             solver, status = self._solved(effort_s * (_FURTHER if number else 1.0))
             if status == self._cp.UNKNOWN and found is None:

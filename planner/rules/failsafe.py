@@ -363,6 +363,8 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
     number = int(a.returns.segment_stage[event.segment])
     kind = a.route.stages[number].kind
+    if event.action == TO_LANDING and _flies_its_landing(a, a.route.stages[number].item):
+        return True
     if kind not in _ENDS:
         return False
     last = next((last for first, last in a.route.return_spans if first <= number <= last), number)
@@ -380,6 +382,16 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     return comes_down and (
         event.action == LANDS or _lands_on(a) or _ends_there(a, event, a.route.stages[last])
     )
+
+
+def _flies_its_landing(a: Assessment, item: int) -> bool:
+    """Return whether ArduPilot has passed the DO_LAND_START that it would jump to.
+
+    It goes on where it is (``AP_Mission::jump_to_landing_sequence``): five of five flights as planned.
+    """
+    starts = [number for number, _ in a.mission.numbered(Command.DO_LAND_START)]
+    jumps = a.mission.numbered(Command.DO_JUMP, Command.DO_JUMP_TAG)
+    return bool(starts) and item > starts[0] and not any(jumps)
 
 
 def _lands_on(a: Assessment) -> bool:

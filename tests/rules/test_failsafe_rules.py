@@ -359,6 +359,18 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
 
 
+@pytest.mark.parametrize(("at_item", "acts"), [(2, True), (4, False), (5, False)])
+def test_a_landing_that_is_flown_already_is_flown_on(at_item: int, *, acts: bool) -> None:
+    """DO_LAND_START or RTL.  Flown five times behind the DO_LAND_START: as planned, to 0.3 s."""
+    start = item(189, frame=2)
+    flown = mission(
+        takeoff(30), waypoint(300, 30), start, waypoint(600, 30), waypoint(300, 30), rtl()
+    )
+    left_mah = 8000.0 * fraction_left(checked(flown), at_item)
+    low = {"BATT_LOW_MAH": left_mah + 5.0, "BATT_FS_LOW_ACT": 6.0, "BATT_CAPACITY": 8000.0}
+    assert bool(ended(checked(flown, **low))) is acts  # type: ignore[arg-type]  # by name
+
+
 @pytest.mark.parametrize("action", [3, 4])
 @pytest.mark.parametrize(("takeoff_m", "acts"), [(1.0, True), (4.0, False)])
 def test_smartrtl_leads_back_through_the_flight_from_above_its_take_off(
