@@ -94,7 +94,7 @@ def command(
     come from mavjoule.toml, or [tool.mavjoule] in pyproject.toml, in the nearest folder of the
     mission upward.
 
-    Exit codes: 0 every mission is a go, 1 one is a no-go, 2 unusable input, usage or
+    Exit codes: 0 every mission is a go, 1 one is not, 2 unusable input, usage or
     configuration, 3 a vehicle did not answer.
     """
     link = taken_link(options)

@@ -90,8 +90,8 @@ class LazyGroup(click.Group):
 @click.command(
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Exit codes: 0 go, 1 no-go, 2 unusable input, usage or configuration, 3 link failed, "
-    "130 interrupted.",
+    epilog="Exit codes: 0 go, 1 no-go or not checked, 2 unusable input, usage or configuration, 3 link "
+    "failed, 130 interrupted.",
 )
 @click.version_option(__version__, prog_name="mavjoule", message="%(prog)s %(version)s")
 def cli() -> None:
