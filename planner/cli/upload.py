@@ -20,7 +20,7 @@ from planner.cli.options import (
     setting_options,
 )
 from planner.cli.output import narrate, write_data
-from planner.errors import ExitCode, UsageError
+from planner.errors import ExitCode, LinkError, UsageError
 from planner.link.upload import LONGEST_S
 from planner.mission.files import read_mission
 from planner.report.comparison import difference_lines
@@ -109,6 +109,10 @@ def command(
         )
     except (KeyboardInterrupt, click.Abort):  # the first while it is sent reports what became of it
         _tell_interruption(is_sending=is_sending)
+        raise
+    except LinkError:
+        if not is_sending:
+            narrate("nothing was sent")
         raise
     if upload.result is None:
         narrate("nothing was sent")

@@ -450,7 +450,9 @@ def test_a_vehicle_without_heartbeats_is_sent_nothing(
     vehicle = _vehicle()
     on_line.append(Stale(vehicle))
     assert main([*SENT, "--heartbeat-timeout", "3"]) == 3
-    assert "whether it is armed is not known" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "whether it is armed is not known" in said
+    assert "mavjoule: nothing was sent\n" in said
     assert _flown(vehicle) == OLD
 
 
