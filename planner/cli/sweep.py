@@ -158,7 +158,7 @@ def command(
         if output is not None:
             write_sweep(result, output)
             result.remove_batches()
-            narrate(f"{result.plan.cases.row_count} rows are in {output}")
+            narrate(f"{quantity.count(result.plan.cases.row_count, 'row')} written to {output}")
     return ExitCode.GO
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import click
@@ -29,6 +30,8 @@ from planner.setting import Number
 from planner.setup import Output, Setup
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from planner.link.upload import UploadResult
     from planner.service.upload import UploadProposal
 
@@ -97,7 +100,7 @@ def command(
         )
         return is_sending
 
-    try:
+    with _told_if_broken_off(lambda: is_sending):
         upload = send_mission(
             mission,
             link_request(url, link),
@@ -107,13 +110,6 @@ def command(
             is_charge_given="charge" in values,
             on_progress=TransferProgress(),
         )
-    except (KeyboardInterrupt, click.Abort):  # the first while it is sent reports what became of it
-        _tell_interruption(is_sending=is_sending)
-        raise
-    except LinkError:
-        if not is_sending:
-            narrate("nothing was sent")
-        raise
     if upload.result is None:
         narrate("nothing was sent")
         return ExitCode.NO_GO
@@ -152,13 +148,25 @@ def _can_ask() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
 
 
-def _tell_interruption(*, is_sending: bool) -> None:
-    if sys.stderr is not None and sys.stderr.isatty():
-        click.echo(err=True)  # after the question, or the progress
-    if is_sending:
-        narrate("interrupted: compare what is on the vehicle by mavjoule diff before anyone arms")
-    else:
-        narrate("interrupted: nothing was sent")
+@contextmanager
+def _told_if_broken_off(is_sending: Callable[[], bool]) -> Iterator[None]:
+    """Tell what was sent where an upload ends early; the first Ctrl-C while it is sent does by itself."""
+    try:
+        yield
+    except LinkError:
+        if not is_sending():
+            narrate("nothing was sent")
+        raise
+    except (KeyboardInterrupt, click.Abort):
+        if sys.stderr is not None and sys.stderr.isatty():
+            click.echo(err=True)  # after the question, or the progress
+        if is_sending():
+            narrate(
+                "interrupted: compare what is on the vehicle by mavjoule diff before anyone arms"
+            )
+        else:
+            narrate("interrupted: nothing was sent")
+        raise
 
 
 def _tell(result: UploadResult) -> None:

@@ -25,7 +25,7 @@ def test_a_sweep_answers_and_writes_a_row_for_each_case(
     # The wind is not counted by this model: with 4 m/s there may be less than 2.8 Wh left.
     assert out.startswith("GO in 1 of 4 cases (25 %)\n")
     assert "charge: no value is a GO in every case; in the best case only at 1\n" in out
-    assert "4 rows are in out.csv" in err
+    assert "4 rows written to out.csv" in err
     rows = list(csv.DictReader(Path("out.csv").read_text(encoding="utf-8").splitlines()))
     assert [(row["wind_m_s"], row["charge"], row["verdict"]) for row in rows] == [
         ("0.0", "1.0", "go"),
