@@ -446,7 +446,7 @@ def _way_back(a: Assessment, event: FailsafeEvent, points: ReturnPoints) -> Retu
 
 
 def up_its_track(a: Assessment) -> Returns:
-    """Return the returns of SmartRTL over home: up to the top of the take-off, and down.
+    """Return the returns of SmartRTL over home: up to the top of the climb there, and down.
 
     Both parts of its track lie on one line there, and the loop may be closed anywhere on it: of 13 flights
     6 were down on the spot, 7 climbed from 2 to 8 m up to the 20 to 60 m of their take-off.
@@ -455,7 +455,7 @@ def up_its_track(a: Assessment) -> Returns:
     assert isinstance(returns.pilot, ArduPilotPilot)
     own = replace(
         returns.pilot.parameters,
-        return_altitude_m=a.route.stages[0].height_m,
+        return_altitude_m=_first_climb_m(a),
         return_climb_min_m=0.0,
         return_cone_slope=0.0,
         return_loiter_s=0.0,
@@ -472,9 +472,22 @@ def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:
     all of the flight, to where it was armed.  Flown: event 40 m up in the descent over home, take-off item
     10 m: back along all waypoints, 816 m.
     """
-    first, (east_m, north_m, height_m) = a.route.stages[0], place_m
-    is_above_home = math.hypot(east_m - first.east_m, north_m - first.north_m) < _SAME_TRACK_M
-    return first.kind is StageKind.TAKEOFF and is_above_home and bool(height_m <= first.height_m)
+    first = a.route.stages[0]
+    is_above_home = math.dist(place_m[:2], (first.east_m, first.north_m)) < _SAME_TRACK_M
+    return (
+        first.kind is StageKind.TAKEOFF and is_above_home and bool(place_m[2] <= _first_climb_m(a))
+    )
+
+
+def _first_climb_m(a: Assessment) -> float:
+    """Return how high the flight climbs over home before it leaves, by whatever items. [m]"""
+    first, *later = a.route.stages
+    top_m = first.height_m
+    for stage in later:
+        if math.dist((stage.east_m, stage.north_m), (first.east_m, first.north_m)) > _SAME_TRACK_M:
+            break
+        top_m = max(top_m, stage.height_m)
+    return top_m
 
 
 def return_short_wh(a: Assessment, points: ReturnPoints, returns: Returns) -> float:

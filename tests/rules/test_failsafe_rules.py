@@ -359,6 +359,20 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
 
 
+def test_smartrtl_goes_up_to_the_top_of_all_that_climbs_over_home() -> None:
+    """Flown: take-off to 10 m, a waypoint over home at 60 m, event 8 m up: up to 60 m, 54 s later down.
+
+    From 8 m to 50 m at 2.5 m/s, to 10 m at 1.5 m/s, down at 0.5 m/s, less the 16 s of landing: 48 s.
+    """
+    flown = mission(takeoff(10), waypoint(0, 50), waypoint(600, 50), rtl())
+    flight_wh = checked(flown).totals.energy_wh or 0.0
+    left_mah = 8000.0 * (1.0 - flight_wh / LABEL.energy_wh) + 80.0
+    low = {"BATT_LOW_MAH": left_mah, "BATT_FS_LOW_ACT": 3.0, "BATT_CAPACITY": 8000.0}
+    [found] = told(checked(flown, **low), "E103")  # type: ignore[arg-type]  # by name
+    [later_s] = re.findall(r"lands up to ([\d.]+) s later", found.message)
+    assert 40.0 < float(later_s) < 58.0
+
+
 @pytest.mark.parametrize(("at_item", "acts"), [(2, True), (4, False), (5, False)])
 def test_a_landing_that_is_flown_already_is_flown_on(at_item: int, *, acts: bool) -> None:
     """DO_LAND_START or RTL.  Flown five times behind the DO_LAND_START: as planned, to 0.3 s."""
