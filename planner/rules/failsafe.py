@@ -156,8 +156,9 @@ def _landing_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Findi
     if _lands_on(a):
         return
     for event in sorted(events, key=lambda one: (one.segment, one.fraction)):
+        kind = a.route.stages[int(a.returns.segment_stage[event.segment])].kind
         comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
-        if not comes_down or not _comes_too_late(a, event):
+        if _returns_on(a, kind) or not comes_down or not _comes_too_late(a, event):
             continue
         points = _points(a, event)
         returns = _way_back(a, event, points)
@@ -363,7 +364,9 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
     number = int(a.returns.segment_stage[event.segment])
     kind = a.route.stages[number].kind
-    if event.action == TO_LANDING and _flies_its_landing(a, a.route.stages[number].item):
+    if (event.action == RETURNS and _returns_on(a, kind)) or (
+        event.action == TO_LANDING and _flies_its_landing(a, a.route.stages[number].item)
+    ):
         return True
     if kind not in _ENDS:
         return False
@@ -384,6 +387,14 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     )
 
 
+def _returns_on(a: Assessment, kind: StageKind) -> bool:
+    """Return whether the vehicle is in a return that another does not begin anew.
+
+    PX4's of the mission: it only warns (``FailsafeBase::getSelectedAction``, from 1.16 on).
+    """
+    return kind in RETURN_STAGES and not is_of_ardupilot(a.own_parameters)
+
+
 def _flies_its_landing(a: Assessment, item: int) -> bool:
     """Return whether ArduPilot has passed the DO_LAND_START that it would jump to.
 
@@ -401,10 +412,8 @@ def _lands_on(a: Assessment) -> bool:
 def _begins_anew_short(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether a return that a failsafe begins anew during the mission's own ends below the reserve.
 
-    ArduPilot climbs and waits over home once more (``ModeRTL::init``; flown), PX4 goes on.
+    ArduPilot climbs and waits over home once more (``ModeRTL::init``; flown).
     """
-    if not is_of_ardupilot(a.own_parameters):
-        return False
     return return_short_wh(a, _points(a, event), a.returns) > 0.0
 
 
@@ -652,9 +661,7 @@ def _ends_of_return(
     parameters: FlightParameters,
 ) -> str:
     """Return what ends the return that a failsafe begins, in words; empty: nothing."""
-    if event.action in BY_OWN_TRACK.values():
-        if _way_back(a, event, _points(a, event)) is not None:
-            return ""
+    if event.action in BY_OWN_TRACK.values() and _way_back(a, event, _points(a, event)) is None:
         left = _at_event(profile.fraction, event)
         back = float(profile.fraction[0]) - left
         return f", and its track back takes {quantity.percent(back)}" if back > left else ""
@@ -679,14 +686,21 @@ def _first_on_return(
     pack: Battery,
     parameters: FlightParameters,
 ) -> FailsafeEvent | None:
-    """Return what ends the return that a failsafe begins before it comes down; ``None``: nothing."""
-    if event.action != RETURNS or not a.totals.energy_wh:
+    """Return what ends the return that a failsafe begins before it comes down; ``None``: nothing.
+
+    What cuts the motors does until it is down.
+    """
+    points = _points(a, event)
+    returns = _way_back(a, event, points)
+    if returns is None or not a.totals.energy_wh:
         return None
-    flown = a.returns.flown(_points(a, event))
-    down = [state in _GOES_DOWN for state in range(flown.state_energy_j.shape[1])]
+    flown = returns.flown(points)
+    action = getattr(parameters, "battery_critical_action", None)
+    goes_down = () if action in STOPS_FLYING else _GOES_DOWN
+    down = [state in goes_down for state in range(flown.state_energy_j.shape[1])]
     late = late_returns_of(a, flown)
     segments = flown.flight.motion.segments
-    flies = ~np.isin(segments.state, _GOES_DOWN)
+    flies = ~np.isin(segments.state, goes_down)
     late_s = float(late.climbs_s[flies].sum() + late.ways_s[0])
     late_wh = a.hovered_wh(late_s)
     back_s = float(segments.duration_s[flies].sum()) + late_s

@@ -359,6 +359,26 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
 
 
+@pytest.mark.parametrize("before_end_s", [8.0, 15.0, 60.0])
+def test_px4_goes_on_in_the_mission_s_return(before_end_s: float) -> None:
+    """In AUTO_RTL it only warns: ``FailsafeBase::getSelectedAction``."""
+    flown = mission(takeoff(50), waypoint(1000, 50), rtl())
+    end_s = checked(flown, autopilot=Autopilot.PX4).totals.time_s
+    limited = checked(flown, autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=end_s - before_end_s)
+    assert not told(limited, "E103")
+
+
+@pytest.mark.parametrize(("cut_mah", "acts"), [(30.0, True), (-400.0, False)])
+def test_the_next_failsafe_may_cut_the_motors_on_smartrtl_s_track(
+    cut_mah: float, *, acts: bool
+) -> None:
+    """Flown: SmartRTL 8 m up in the landing, critical 14 s later on its climb: motors cut 32 m above home."""
+    result = late(
+        BATT_FS_LOW_ACT=3, BATT_CRT_MAH=8000.0 * _left(late()) - 30.0 + cut_mah, BATT_FS_CRT_ACT=5
+    )
+    assert any("on that return cuts its motors" in one.message for one in ended(result)) is acts
+
+
 def test_smartrtl_goes_up_to_the_top_of_all_that_climbs_over_home() -> None:
     """Flown: take-off to 10 m, a waypoint over home at 60 m, event 8 m up: up to 60 m, 54 s later down.
 
