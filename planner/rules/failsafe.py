@@ -29,8 +29,8 @@ from planner.flight.failsafe import (
     px4_voltage_assumed,
 )
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.flight.pilot import ArduPilotPilot, is_of_ardupilot
-from planner.mission.commands import Command
+from planner.flight.pilot import is_of_ardupilot
+from planner.mission.commands import LANDINGS, TAKEOFFS, Command
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.physics.battery import loaded_voltage_v
 from planner.quantity import sd_of
@@ -46,6 +46,12 @@ from planner.rules.energy import (
     place_along,
 )
 from planner.rules.lateness import late_returns_of
+from planner.rules.returns_anew import (
+    GOES_WITHOUT_SAYING_S,
+    return_later_s,
+    return_short_wh,
+    way_back,
+)
 from planner.units import j_from_wh, wh_from_j
 from planner.values import replace
 from planner.vehicle.pack import high_resistance_ohm, rest_curve
@@ -58,7 +64,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.failsafe import BatteryProfile, FailsafeEvent
-    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.flight.returns.path import ReturnPoints
     from planner.mission.items import Mission
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
@@ -80,15 +86,12 @@ _ENDS_FLYING = frozenset({LANDS, *STOPS_FLYING.values()})
 _SDS_BELOW_UPPER = 1.2816
 """Standard deviations from the mean to what one flight of ten exceeds. [-]"""
 _NO_DEVIATION = 1e-12
-GOES_WITHOUT_SAYING_S = 3.0
-"""What a return begun anew lands later by less need not be told. [s]"""
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
 _FLIGHTS = 12
 """Flights looked at between the one of a hundred that takes most and the predicted one."""
-_SAME_TRACK_M = 2.0
-"""So near to an earlier part of its track SmartRTL leaves out what is between (SRTL_ACCURACY). [m]"""
+_LANDING_SEQUENCE = (Command.DO_LAND_START, *LANDINGS, *TAKEOFFS)
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -161,7 +164,7 @@ def _landing_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Findi
         if _returns_on(a, kind) or not comes_down or not _comes_too_late(a, event):
             continue
         points = _points(a, event)
-        returns = _way_back(a, event, points)
+        returns = way_back(a, event, points)
         if returns is None:
             continue
         if _stands(points, a.route.stages[-1]):
@@ -173,15 +176,6 @@ def _landing_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Findi
             later = f"; it lands {up_to}{quantity.duration(later_s)} later than predicted"
             yield replace(found, message=f"{found.message}{later}")
             return
-
-
-def return_later_s(
-    a: Assessment, points: ReturnPoints, returns: Returns, *, lands_s: float
-) -> float:
-    """Return how much later a return from a point of a landing is down than that would be. [s]"""
-    flown = returns.flown(points)
-    back_s = flown.time_s + late_returns_of(a, flown).in_all_s
-    return float((points.time_s + back_s)[0]) - lands_s
 
 
 def _cut_anew(
@@ -396,13 +390,19 @@ def _returns_on(a: Assessment, kind: StageKind) -> bool:
 
 
 def _flies_its_landing(a: Assessment, item: int) -> bool:
-    """Return whether ArduPilot has passed the DO_LAND_START that it would jump to.
+    """Return whether ArduPilot is in the landing sequence that it would jump to, and goes on.
 
-    It goes on where it is (``AP_Mission::jump_to_landing_sequence``): five of five flights as planned.
+    A DO_LAND_START or a landing begins one, a take-off ends it (``AP_Mission::start_command``): five of five
+    flights as planned, one behind a further take-off back at the DO_LAND_START, 64 % more energy.
     """
-    starts = [number for number, _ in a.mission.numbered(Command.DO_LAND_START)]
-    jumps = a.mission.numbered(Command.DO_JUMP, Command.DO_JUMP_TAG)
-    return bool(starts) and item > starts[0] and not any(jumps)
+    if not a.mission.numbered(Command.DO_LAND_START):
+        return False
+    is_landing = False
+    for number, one in a.mission.numbered(*_LANDING_SEQUENCE):
+        if number > item:
+            break
+        is_landing = one.command not in TAKEOFFS
+    return is_landing and not any(a.mission.numbered(Command.DO_JUMP, Command.DO_JUMP_TAG))
 
 
 def _lands_on(a: Assessment) -> bool:
@@ -432,7 +432,7 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     ):
         return False
     if event.action in BY_OWN_TRACK.values():
-        returns = _way_back(a, event, points)
+        returns = way_back(a, event, points)
         return returns is not None and not return_short_wh(a, points, returns)
     targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
     east_m, north_m = targets.ground_m[0, :2]
@@ -445,74 +445,6 @@ def _stands(points: ReturnPoints, landing: Stage) -> bool:
     return bool(points.place_m[0, 2] - landing.height_m < _ON_GROUND_M)
 
 
-def _way_back(a: Assessment, event: FailsafeEvent, points: ReturnPoints) -> Returns | None:
-    """Return the returns of which a failsafe begins one from a point; ``None``: none that is known."""
-    if event.action == RETURNS:
-        return a.returns
-    if event.action in BY_OWN_TRACK.values() and closes_its_track(a, points.place_m[0]):
-        return up_its_track(a)
-    return None
-
-
-def up_its_track(a: Assessment) -> Returns:
-    """Return the returns of SmartRTL over home: up to the top of the climb there, and down.
-
-    Both parts of its track lie on one line there, and the loop may be closed anywhere on it: of 13 flights
-    6 were down on the spot, 7 climbed from 2 to 8 m up to the 20 to 60 m of their take-off.
-    """
-    returns = a.returns
-    assert isinstance(returns.pilot, ArduPilotPilot)
-    own = replace(
-        returns.pilot.parameters,
-        return_altitude_m=_first_climb_m(a),
-        return_climb_min_m=0.0,
-        return_cone_slope=0.0,
-        return_loiter_s=0.0,
-    )
-    return replace(returns, pilot=replace(returns.pilot, parameters=own))
-
-
-def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:
-    """Return whether SmartRTL stays over home from a place: where the take-off led through.
-
-    Notes
-    -----
-    ``AP_SmartRTL`` closes a loop where two parts of the track meet, in height too; else it leads back through
-    all of the flight, to where it was armed.  Flown: event 40 m up in the descent over home, take-off item
-    10 m: back along all waypoints, 816 m.
-    """
-    first = a.route.stages[0]
-    is_above_home = math.dist(place_m[:2], (first.east_m, first.north_m)) < _SAME_TRACK_M
-    return (
-        first.kind is StageKind.TAKEOFF and is_above_home and bool(place_m[2] <= _first_climb_m(a))
-    )
-
-
-def _first_climb_m(a: Assessment) -> float:
-    """Return how high the flight climbs over home before it leaves, by whatever items. [m]"""
-    first, *later = a.route.stages
-    top_m = first.height_m
-    for stage in later:
-        if math.dist((stage.east_m, stage.north_m), (first.east_m, first.north_m)) > _SAME_TRACK_M:
-            break
-        top_m = max(top_m, stage.height_m)
-    return top_m
-
-
-def return_short_wh(a: Assessment, points: ReturnPoints, returns: Returns) -> float:
-    """Return how far a return from a point lands below the reserve, and below the flight as planned. [Wh]
-
-    A return begun just above the ground may climb as high as any: ``ModeRTL::compute_return_target`` with
-    RTL_CONE_SLOPE 0.
-    """
-    if a.battery is None:
-        return 0.0
-    flown = returns.flown(points)
-    late_wh = a.late_return_wh(flown, late_returns_of(a, flown))
-    needed_wh = float((points.used_wh + flown.energy_wh + late_wh)[0])
-    return max(needed_wh - max(a.battery.above_reserve_wh, a.totals.energy_wh + a.late_wh), 0.0)
-
-
 def _has_landing(mission: Mission) -> bool:
     """Return whether ArduPilot finds a way to land in the mission (``jump_to_landing_sequence``)."""
     return bool(mission.numbered(Command.DO_LAND_START, Command.DO_RETURN_PATH_START))
@@ -521,7 +453,7 @@ def _has_landing(mission: Mission) -> bool:
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
     [point] = a.returns.flight_points([(event.segment, event.fraction)])
     points = _points(a, event)
-    returns = _way_back(a, event, points)
+    returns = way_back(a, event, points)
     short_wh = 0.0 if returns is None else return_short_wh(a, points, returns)
     short = f"; that return ends {quantity.energy(short_wh)} below the reserve" if short_wh else ""
     return a.finding(
@@ -661,7 +593,7 @@ def _ends_of_return(
     parameters: FlightParameters,
 ) -> str:
     """Return what ends the return that a failsafe begins, in words; empty: nothing."""
-    if event.action in BY_OWN_TRACK.values() and _way_back(a, event, _points(a, event)) is None:
+    if event.action in BY_OWN_TRACK.values() and way_back(a, event, _points(a, event)) is None:
         left = _at_event(profile.fraction, event)
         back = float(profile.fraction[0]) - left
         return f", and its track back takes {quantity.percent(back)}" if back > left else ""
@@ -691,7 +623,7 @@ def _first_on_return(
     What cuts the motors does until it is down.
     """
     points = _points(a, event)
-    returns = _way_back(a, event, points)
+    returns = way_back(a, event, points)
     if returns is None or not a.totals.energy_wh:
         return None
     flown = returns.flown(points)

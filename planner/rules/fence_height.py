@@ -174,7 +174,7 @@ def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) ->
         )
     returns_anew = action in _RETURNS and not climbs
     if returns_anew and action in _BY_OWN_TRACK:
-        from planner.rules.failsafe import closes_its_track
+        from planner.rules.returns_anew import closes_its_track
 
         returns_anew = closes_its_track(a, np.array((0.0, 0.0, floor_m)))
     if not is_told and not returns_anew:
@@ -213,7 +213,7 @@ def _begun_anew(
     ``ModeRTL::init`` stops, climbs by its cone, and waits over home once more.  Flown with a floor of 5 m:
     9 s later, with RTL_LOIT_TIME 60 s 64 s.
     """
-    from planner.rules.failsafe import (
+    from planner.rules.returns_anew import (
         GOES_WITHOUT_SAYING_S,
         closes_its_track,
         return_later_s,

@@ -396,13 +396,28 @@ def test_smartrtl_goes_up_to_the_top_of_all_that_climbs_over_home() -> None:
 @pytest.mark.parametrize(("at_item", "acts"), [(2, True), (4, False), (5, False)])
 def test_a_landing_that_is_flown_already_is_flown_on(at_item: int, *, acts: bool) -> None:
     """DO_LAND_START or RTL.  Flown five times behind the DO_LAND_START: as planned, to 0.3 s."""
-    start = item(189, frame=2)
-    flown = mission(
-        takeoff(30), waypoint(300, 30), start, waypoint(600, 30), waypoint(300, 30), rtl()
-    )
-    left_mah = 8000.0 * fraction_left(checked(flown), at_item)
-    low = {"BATT_LOW_MAH": left_mah + 5.0, "BATT_FS_LOW_ACT": 6.0, "BATT_CAPACITY": 8000.0}
-    assert bool(ended(checked(flown, **low))) is acts  # type: ignore[arg-type]  # by name
+    legs = (waypoint(600, 30), waypoint(300, 30))
+    flown = mission(takeoff(30), waypoint(300, 30), LAND_START, *legs, rtl())
+    assert bool(ended(to_its_landing(flown, at_item))) is acts
+
+
+def test_a_take_off_ends_a_landing_sequence() -> None:
+    """Flown: a delivery behind whose second take-off it jumps back to the first landing, 270 s for 168 s."""
+    there = (waypoint(300, 30), LAND_START, waypoint(350, 30), item(21, north(350), 0.0))
+    flown = mission(takeoff(30), *there, takeoff(30), waypoint(600, 30), waypoint(300, 30), rtl())
+    assert not ended(to_its_landing(flown, 4))
+    assert ended(to_its_landing(flown, 7))
+
+
+LAND_START = item(189, frame=2)
+
+
+def to_its_landing(flown: Mission, at_item: int) -> CheckResult:
+    """Return a check whose charge is low just before an item, of a vehicle that then goes to its landing."""
+    again = {"MIS_OPTIONS": 4.0, "BATT_CAPACITY": 8000.0}
+    plain = checked(flown, **again)  # type: ignore[arg-type]  # by name
+    low = {"BATT_LOW_MAH": 8000.0 * fraction_left(plain, at_item) + 5.0, "BATT_FS_LOW_ACT": 6.0}
+    return checked(flown, **again, **low)  # type: ignore[arg-type]  # by name
 
 
 @pytest.mark.parametrize("action", [3, 4])

@@ -1,0 +1,100 @@
+"""Returns that a failsafe or a fence begins while the vehicle lands or returns already."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from planner.flight.failsafe import BY_OWN_TRACK, RETURNS
+from planner.flight.pilot import ArduPilotPilot
+from planner.mission.route.stage import StageKind
+from planner.rules.lateness import late_returns_of
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+    from planner.flight.failsafe import FailsafeEvent
+    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.rules.assessment import Assessment
+
+GOES_WITHOUT_SAYING_S = 3.0
+"""What a return begun anew lands later by less need not be told. [s]"""
+_SAME_TRACK_M = 2.0
+"""So near to an earlier part of its track SmartRTL leaves out what is between (SRTL_ACCURACY). [m]"""
+
+
+def return_later_s(
+    a: Assessment, points: ReturnPoints, returns: Returns, *, lands_s: float
+) -> float:
+    """Return how much later a return from a point of a landing is down than that would be. [s]"""
+    flown = returns.flown(points)
+    back_s = flown.time_s + late_returns_of(a, flown).in_all_s
+    return float((points.time_s + back_s)[0]) - lands_s
+
+
+def way_back(a: Assessment, event: FailsafeEvent, points: ReturnPoints) -> Returns | None:
+    """Return the returns of which a failsafe begins one from a point; ``None``: none that is known."""
+    if event.action == RETURNS:
+        return a.returns
+    if event.action in BY_OWN_TRACK.values() and closes_its_track(a, points.place_m[0]):
+        return up_its_track(a)
+    return None
+
+
+def up_its_track(a: Assessment) -> Returns:
+    """Return the returns of SmartRTL over home: up to the top of the climb there, and down.
+
+    Both parts of its track lie on one line there, and the loop may be closed anywhere on it: of 13 flights
+    6 were down on the spot, 7 climbed from 2 to 8 m up to the 20 to 60 m of their take-off.
+    """
+    returns = a.returns
+    assert isinstance(returns.pilot, ArduPilotPilot)
+    own = replace(
+        returns.pilot.parameters,
+        return_altitude_m=_first_climb_m(a),
+        return_climb_min_m=0.0,
+        return_cone_slope=0.0,
+        return_loiter_s=0.0,
+    )
+    return replace(returns, pilot=replace(returns.pilot, parameters=own))
+
+
+def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:
+    """Return whether SmartRTL stays over home from a place: where the take-off led through.
+
+    Notes
+    -----
+    ``AP_SmartRTL`` closes a loop where two parts of the track meet, in height too; else it leads back through
+    all of the flight, to where it was armed.  Flown: event 40 m up in the descent over home, take-off item
+    10 m: back along all waypoints, 816 m.
+    """
+    first = a.route.stages[0]
+    is_above_home = math.dist(place_m[:2], (first.east_m, first.north_m)) < _SAME_TRACK_M
+    return (
+        first.kind is StageKind.TAKEOFF and is_above_home and bool(place_m[2] <= _first_climb_m(a))
+    )
+
+
+def _first_climb_m(a: Assessment) -> float:
+    """Return how high the flight climbs over home before it leaves, by whatever items. [m]"""
+    first, *later = a.route.stages
+    top_m = first.height_m
+    for stage in later:
+        if math.dist((stage.east_m, stage.north_m), (first.east_m, first.north_m)) > _SAME_TRACK_M:
+            break
+        top_m = max(top_m, stage.height_m)
+    return top_m
+
+
+def return_short_wh(a: Assessment, points: ReturnPoints, returns: Returns) -> float:
+    """Return how far a return from a point lands below the reserve, and below the flight as planned. [Wh]
+
+    A return begun just above the ground may climb as high as any: ``ModeRTL::compute_return_target`` with
+    RTL_CONE_SLOPE 0.
+    """
+    if a.battery is None:
+        return 0.0
+    flown = returns.flown(points)
+    late_wh = a.late_return_wh(flown, late_returns_of(a, flown))
+    needed_wh = float((points.used_wh + flown.energy_wh + late_wh)[0])
+    return max(needed_wh - max(a.battery.above_reserve_wh, a.totals.energy_wh + a.late_wh), 0.0)
