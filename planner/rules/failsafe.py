@@ -437,7 +437,7 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     targets = a.returns.destinations.targets(points.stage, a.returns.chosen(points), points.place_m)
     east_m, north_m = targets.ground_m[0, :2]
     is_there = math.hypot(landing.east_m - east_m, landing.north_m - north_m) < _SAME_PLACE_M
-    return is_there and not return_short_wh(a, points, a.returns)
+    return is_there and not return_short_wh(a, points, way_back(a, event, points) or a.returns)
 
 
 def _stands(points: ReturnPoints, landing: Stage) -> bool:

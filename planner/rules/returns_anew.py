@@ -35,10 +35,24 @@ def return_later_s(
 def way_back(a: Assessment, event: FailsafeEvent, points: ReturnPoints) -> Returns | None:
     """Return the returns of which a failsafe begins one from a point; ``None``: none that is known."""
     if event.action == RETURNS:
-        return a.returns
+        return _chosen_before(a.returns)
     if event.action in BY_OWN_TRACK.values() and closes_its_track(a, points.place_m[0]):
         return up_its_track(a)
     return None
+
+
+def _chosen_before(returns: Returns) -> Returns:
+    """Return the returns to the mission's landing as high as PX4 chooses before it is there.
+
+    ``RTL::setRtlTypeAndDestination`` keeps the height of where the landing became the return's place, which
+    is taken as far away as home is.  Flown with RTL_TYPE 3: from a landing at 22 m up to the 40 m of
+    RTL_RETURN_ALT, 50 s later down.
+    """
+    landing = returns.destinations.landing
+    if landing is None or landing.height_chosen_m is not None:
+        return returns
+    landing = replace(landing, height_chosen_m=(0.0, 0.0, 0.0))
+    return replace(returns, destinations=replace(returns.destinations, landing=landing))
 
 
 def up_its_track(a: Assessment) -> Returns:

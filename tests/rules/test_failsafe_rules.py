@@ -806,6 +806,7 @@ def test_ardupilot_does_as_its_action_says(which: str, action: int, does: str) -
     assert found[0].message.startswith(f"the vehicle itself {does} at ")
 
 
+@pytest.mark.parametrize("return_type", [1.0, 3.0])  # flown: both alike
 @pytest.mark.parametrize(
     ("highest_m", "before_end_s", "later_s"),
     [
@@ -815,10 +816,10 @@ def test_ardupilot_does_as_its_action_says(which: str, action: int, does: str) -
     ],
 )
 def test_a_return_that_breaks_off_the_last_landing_is_told_with_its_time(
-    highest_m: float, before_end_s: float, later_s: tuple[float, float] | None
+    highest_m: float, before_end_s: float, later_s: tuple[float, float] | None, return_type: float
 ) -> None:
     flown = mission(takeoff(22), waypoint(60, 22), item(21, north(60), 0.0))
-    own: dict[str, Any] = {"RTL_TYPE": 1.0, "RTL_RETURN_ALT": highest_m}
+    own: dict[str, Any] = {"RTL_TYPE": return_type, "RTL_RETURN_ALT": highest_m}
     end_s = checked(flown, autopilot=Autopilot.PX4, **own).totals.time_s
     own["COM_FLT_TIME_MAX"] = end_s - before_end_s
     found = told(checked(flown, autopilot=Autopilot.PX4, **own), "E103")
