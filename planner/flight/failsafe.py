@@ -342,18 +342,26 @@ def ardupilot_events(
 ) -> Iterator[FailsafeEvent]:
     """Yield what ArduPilot decides along a flight by one of its monitors, in no order.
 
-    What is critical acts behind what is low only with as high a priority, also where the low one only warned
-    or came too late (``AP_BattMonitor::check_failsafes``; flown: a brake never did).
+    What is low does nothing behind what was critical, and that acts behind what was low only with as high a
+    priority, also where the first only warned or came too late (``AP_BattMonitor::check_failsafes``; flown:
+    a brake never did).
     """
     seen = list(_ardupilot_events(profile, parameters, monitor))
-    low = [(event.segment, event.fraction) for which, event in seen if which == _LOW]
+    low, critical = (
+        [(event.segment, event.fraction) for which, event in seen if (which == _LOW) is is_low]
+        for is_low in (True, False)
+    )
     ranks = [
         _ARDUPILOT_PRIORITIES.get(action, len(_ARDUPILOT_PRIORITIES))
         for action in (parameters.battery_low_action, parameters.battery_critical_action)
     ]
     for which, event in seen:
-        is_behind = which != _LOW and any(one <= (event.segment, event.fraction) for one in low)
-        if not is_behind or ranks[1] <= ranks[0]:
+        at = event.segment, event.fraction
+        if which == _LOW:
+            acts = all(at < one for one in critical)  # of both at once the critical one counts
+        else:
+            acts = ranks[1] <= ranks[0] or all(at <= one for one in low)
+        if acts:
             yield event
 
 

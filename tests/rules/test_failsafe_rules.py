@@ -862,6 +862,24 @@ def test_what_is_critical_acts_by_its_priority_behind_what_was_low(
     assert [one.parameter for one in events] == (names if acts else names[:1])
 
 
+@pytest.mark.parametrize("critical_ah", [7.0, 6.0])
+def test_what_is_low_does_nothing_behind_what_was_critical(critical_ah: float) -> None:
+    # AP_BattMonitor::check_failsafes passes over a type that is no graver than the one before.
+    profile = battery_profile(
+        _px4_returns(), Battery(capacity_ah=8.0, nominal_voltage_v=22.2), None, charge=1.0
+    )
+    used_ah = np.linspace(0.0, 4.0, len(profile.time_s))
+    parameters = ArduPilotParameters(
+        battery_capacity_ah=8.0,
+        battery_low_ah=6.0,
+        battery_critical_ah=critical_ah,  # or both at once
+        battery_low_action=2,
+        battery_critical_action=0,
+    )
+    [event] = ardupilot_events(replace(profile, used_ah=used_ah), parameters)
+    assert event.parameter == "BATT_CRT_MAH"
+
+
 def test_ardupilot_counts_from_full_whatever_the_charge() -> None:
     # Half full at the start: the autopilot counts down from BATT_CAPACITY all the same.
     full = checked(BATT_CAPACITY=8000, BATT_LOW_MAH=7000, BATT_FS_LOW_ACT=2)
