@@ -6,10 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from planner.flight.failsafe import BY_OWN_TRACK, RETURNS
-from planner.flight.pilot import ArduPilotPilot
+from planner.flight.pilot import ArduPilotPilot, StepPilot
 from planner.mission.route.stage import StageKind
 from planner.rules.lateness import late_returns_of
 from planner.values import replace
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -61,10 +62,11 @@ def up_its_track(a: Assessment) -> Returns:
     Both parts of its track lie on one line there, and the loop may be closed anywhere on it: of 13 flights
     6 were down on the spot, 7 climbed from 2 to 8 m up to the 20 to 60 m of their take-off.
     """
-    returns = a.returns
-    assert isinstance(returns.pilot, ArduPilotPilot)
+    returns, parameters = a.returns, a.own_parameters
+    assert isinstance(returns.pilot, ArduPilotPilot | StepPilot)  # of ArduPilot's parameters
+    assert isinstance(parameters, ArduPilotParameters)
     own = replace(
-        returns.pilot.parameters,
+        parameters,
         return_altitude_m=_first_climb_m(a),
         return_climb_min_m=0.0,
         return_cone_slope=0.0,

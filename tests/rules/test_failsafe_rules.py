@@ -379,6 +379,21 @@ def test_the_next_failsafe_may_cut_the_motors_on_smartrtl_s_track(
     assert any("on that return cuts its motors" in one.message for one in ended(result)) is acts
 
 
+def test_smartrtl_of_a_model_without_an_autopilot_goes_up_its_track_by_the_parameters() -> None:
+    vehicle = load_vehicle("dji-matrice-100")
+    flown = mission(takeoff(50), waypoint(300, 50), rtl())
+
+    def limited(**values: float) -> CheckResult:
+        parameters = {name: ParameterValue(value) for name, value in values.items()}
+        given = ParameterSet(source="made.param", values=parameters, stack=Autopilot.ARDUPILOT)
+        return check(flown, vehicle, battery=LABEL, reserve=0.0, parameters=given)
+
+    left_mah = 8000.0 * _left(limited())
+    low = {"BATT_LOW_MAH": left_mah + 150.0, "BATT_CAPACITY": 8000.0, "BATT_FS_LOW_ACT": 3.0}
+    [found] = told(limited(BATT_MONITOR=4.0, **low), "E103")
+    assert "it lands up to" in found.message
+
+
 def test_smartrtl_goes_up_to_the_top_of_all_that_climbs_over_home() -> None:
     """Flown: take-off to 10 m, a waypoint over home at 60 m, event 8 m up: up to 60 m, 54 s later down.
 
