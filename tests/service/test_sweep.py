@@ -412,3 +412,9 @@ def test_a_wind_without_a_direction_is_refused(
     assert len(make_plan(mission, setup, vary=["wind-from=0,90"], weather=path).cases) == 2
     assert len(make_plan(mission, setup, vary=["wind=0"]).cases) == 1, "a calm has none"
     assert len(make_plan(mission, setup, weather=calm).cases) == 1
+
+
+@pytest.mark.parametrize("wrong", [None, planner.load_vehicle("falkowski-2023-quadrotor")])
+def test_a_sweep_without_a_setup_is_told_what_is_wanted(wrong: object, mission: Mission) -> None:
+    with pytest.raises(UsageError, match=r"setup must be planner\.Setup"):
+        sweep(mission, wrong, vary=["wind=0,9"])  # type: ignore[arg-type]  # what is refused

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from time import perf_counter
@@ -23,15 +24,15 @@ from planner.service.sweep.table import CaseTable
 from planner.service.sweep.tally import Tally
 from planner.service.sweep.weather import MeasuredWeather, read_weather
 from planner.setting import Group
+from planner.setup import Setup
 from planner.values import Value
 from planner.workers import core_count
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from planner.presented import FrameLibrary
     from planner.service.sweep.engines import Engine
-    from planner.setup import Setup
 
 OF_VEHICLES = frozenset({"vehicle", "params", "autopilot", "target", "home_amsl_m", "payload_kg"})
 """Settings that each vehicle, pad and job of a fleet has of its own."""
@@ -247,13 +248,13 @@ def make_plan(
     missions = _missions_of(mission)
     axes = (
         [make_axis(name, values) for name, values in vary.items()]
-        if isinstance(vary, dict)
+        if isinstance(vary, Mapping)
         else [one if isinstance(one, Axis) else read_axis(str(one)) for one in vary]
     )
     if fleet is not None:
         _refuse_of_vehicles(axes)
         setup = fleet.group_setup
-    if setup is None:
+    if not isinstance(setup, Setup):
         msg = "setup must be planner.Setup(vehicle=…): which vehicle flies the mission?"
         raise UsageError(msg)
     if fleet is None and any(axis.key == MISSION.key for axis in axes):
