@@ -120,8 +120,8 @@ FAILSAFE_BEFORE_END = Rule(
     "height of the take-off), SmartRTL above that height, which leads back through all of the flight "
     "(ArduPilot: none with FS_OPTIONS 8), and in a return of the mission before it one that ArduPilot begins "
     "anew, its wait too, and for that lands below the reserve, or on which the next failsafe lands it before "
-    "it is home; a warning of a return that ends where it was landing, more than 3 s later.  Not checked "
-    "where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
+    "it is home; a warning of a return begun anew that ends where it would have, more than 3 s later.  Not "
+    "checked where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -147,21 +147,22 @@ def _failsafe_before_end(
         yield from cut
         if cut:
             return
-    yield from _landing_later(a, events)
+    yield from _begun_anew_later(a, events)
 
 
-def _landing_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
-    """Yield the return that breaks off the last landing and ends there, where it takes its time.
+def _begun_anew_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
+    """Yield the return begun anew in the last landing or return that ends there, where it takes its time.
 
     Flown by PX4, RTL_TYPE 1 and RTL_RETURN_ALT 50 m, COM_FLT_TIME_MAX in a landing from 22 m: up to 49 m,
-    and down 51 s later.
+    and down 51 s later; by ArduPilot, RTL_CLIMB_MIN 10 m and RTL_LOIT_TIME 30 s, low while it waits over
+    home: 33 s later.
     """
-    if _lands_on(a):
-        return
     for event in sorted(events, key=lambda one: (one.segment, one.fraction)):
         kind = a.route.stages[int(a.returns.segment_stage[event.segment])].kind
         comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
-        if _returns_on(a, kind) or not comes_down or not _comes_too_late(a, event):
+        if not (comes_down or kind in RETURN_STAGES) or (comes_down and _lands_on(a)):
+            continue
+        if _returns_on(a, kind) or not _comes_too_late(a, event):
             continue
         points = _points(a, event)
         returns = way_back(a, event, points)
