@@ -368,8 +368,8 @@ def test_a_return_of_the_mission_that_begins_anew_is_told_with_its_time() -> Non
     own: dict[str, Any] = {"RTL_CLIMB_MIN": 1000.0, "RTL_LOIT_TIME": 30_000.0}
     own |= {"RTL_CONE_SLOPE": 0.0, "BATT_CAPACITY": 8000.0}
     landing_mah = 8000.0 * _left(checked(flown, **own)) + 1000.0 * 353.0 * 75.0 / 3600.0 / 22.2
-    low = {"BATT_LOW_MAH": landing_mah, "BATT_FS_LOW_ACT": 2.0}
-    [found] = told(checked(flown, **own, **low), "E103")
+    own |= {"BATT_LOW_MAH": landing_mah, "BATT_FS_LOW_ACT": 2.0}
+    [found] = told(checked(flown, **own), "E103")
     assert found.severity is Severity.WARNING
     [later_s] = re.findall(r"it lands ([\d.]+) s later", found.message)
     assert 5.0 < float(later_s) < 30.0
