@@ -418,7 +418,7 @@ class Setup(_Vehicle):
     )
 
     payload_kg: float | Spread = setting(
-        Number("kg", 0.0, 100.0, with_spread=True, hint="is it grams?"),
+        Number("kg", 0.0, 1000.0, with_spread=True, hint="is it grams?"),
         Group.FLIGHT,
         "mass carried beyond the model's own, such as 0.5, 500g or 0.5±0.1",
         default=0.0,

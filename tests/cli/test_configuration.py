@@ -211,7 +211,7 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
             "payload_kg = '0.5±'",
             "payload_kg: expected a value and its standard deviation, such as 5±2",
         ),
-        ("payload_kg = -1", "payload_kg: expected 0 to 100 kg, got '-1'"),
+        ("payload_kg = -1", "payload_kg: expected 0 to 1000 kg, got '-1'"),
         ("vehicle = 1", "vehicle: must be name of a vehicle model or path of its file, got 1"),
         ("statistics = 1", "statistics: must be true or false, got 1"),
         ("exit_zero = true", "exit_zero may not be set by a file: give --exit-zero"),
