@@ -6,16 +6,17 @@ import math
 from typing import TYPE_CHECKING
 
 from planner.flight.failsafe import BY_OWN_TRACK, RETURNS
-from planner.flight.pilot import ArduPilotPilot, StepPilot
+from planner.flight.pilot import make_pilot
+from planner.flight.returns.path import Returns
 from planner.mission.route.stage import StageKind
 from planner.rules.lateness import late_returns_of
-from planner.values import replace
+from planner.values import field_names, replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.flight.failsafe import FailsafeEvent
-    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.flight.returns.path import ReturnPoints
     from planner.rules.assessment import Assessment
 
 GOES_WITHOUT_SAYING_S = 3.0
@@ -53,7 +54,13 @@ def _chosen_before(returns: Returns) -> Returns:
     if landing is None or landing.height_chosen_m is not None:
         return returns
     landing = replace(landing, height_chosen_m=(0.0, 0.0, 0.0))
-    return replace(returns, destinations=replace(returns.destinations, landing=landing))
+    return _otherwise(returns, destinations=replace(returns.destinations, landing=landing))
+
+
+def _otherwise(returns: Returns, **changes: object) -> Returns:
+    """Return other returns from the same flight: what a sweep remembers of these is not theirs."""
+    own = {name: getattr(returns, name) for name in field_names(Returns)}
+    return Returns(**(own | changes))
 
 
 def up_its_track(a: Assessment) -> Returns:
@@ -62,17 +69,15 @@ def up_its_track(a: Assessment) -> Returns:
     Both parts of its track lie on one line there, and the loop may be closed anywhere on it: of 13 flights
     6 were down on the spot, 7 climbed from 2 to 8 m up to the 20 to 60 m of their take-off.
     """
-    returns, parameters = a.returns, a.own_parameters
-    assert isinstance(returns.pilot, ArduPilotPilot | StepPilot)  # of ArduPilot's parameters
-    assert isinstance(parameters, ArduPilotParameters)
+    assert isinstance(a.own_parameters, ArduPilotParameters)
     own = replace(
-        parameters,
+        a.own_parameters,
         return_altitude_m=_first_climb_m(a),
         return_climb_min_m=0.0,
         return_cone_slope=0.0,
         return_loiter_s=0.0,
     )
-    return replace(returns, pilot=replace(returns.pilot, parameters=own))
+    return _otherwise(a.returns, pilot=make_pilot(a.setup, own))
 
 
 def closes_its_track(a: Assessment, place_m: FloatArray) -> bool:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import pytest
+from made_missions import item, north, rtl, speed, takeoff, waypoint
 from made_missions import mission as made_mission
-from made_missions import rtl, speed, takeoff, waypoint
 
 import planner
 from planner.cli.main import main
@@ -166,6 +166,32 @@ def test_what_varies_alone_is_never_taken_for_what_was_before(
     there_and_back = [*range(len(plan.cases)), *reversed(range(len(plan.cases)))]
     for number in there_and_back:
         assert check_case(plan, number, steps) == check_case(plan, number, Steps())
+
+
+@pytest.mark.parametrize(
+    ("model", "parameters"),
+    [
+        ("arducopter-sitl-quad", "BATT_LOW_MAH,{low}\nBATT_FS_LOW_ACT,3\nBATT_CAPACITY,8000\n"),
+        ("px4-quad-2kg", "RTL_TYPE,3\nCOM_FLT_TIME_MAX,{end}\n"),
+    ],
+)
+def test_returns_begun_anew_are_those_of_a_check(
+    model: str, parameters: str, tmp_path: Path
+) -> None:
+    """They are other returns from the flight: what is remembered of its own is not theirs."""
+    last = rtl() if model.startswith("ardu") else item(21, north(300.0), 0.0)
+    flown = made_mission(takeoff(30.0), waypoint(300.0, 30.0), last)
+    plain = planner.check(flown, planner.load_vehicle(model))
+    used_mah = plain.totals.charge_mah or 0.0
+    file = tmp_path / "own.param"
+    low, end = round(8000.0 - used_mah + 25.0), round(plain.totals.time_s - 12.0)
+    file.write_text(parameters.format(low=low, end=end), encoding="utf-8")
+    setup = Setup(vehicle=planner.load_vehicle(model), parameters=planner.read_parameters(file))
+    plan, steps = make_plan(flown, setup, vary=["reserve=20%,25%,30%"]), RememberingSteps()
+    cases = range(len(plan.cases))
+    for number in (*cases, *reversed(cases)):
+        assert check_case(plan, number, steps) == check_case(plan, number, Steps())
+    assert "E103" in check_case(plan, 0, Steps()).codes
 
 
 @pytest.mark.parametrize("model", ["px4-quad-2kg", "arducopter-sitl-quad"])
