@@ -46,12 +46,7 @@ from planner.rules.energy import (
     place_along,
 )
 from planner.rules.lateness import late_returns_of
-from planner.rules.returns_anew import (
-    GOES_WITHOUT_SAYING_S,
-    return_later_s,
-    return_short_wh,
-    way_back,
-)
+from planner.rules.returns_anew import later_text, return_short_wh, way_back
 from planner.units import j_from_wh, wh_from_j
 from planner.values import replace
 from planner.vehicle.pack import high_resistance_ohm, rest_curve
@@ -170,12 +165,11 @@ def _begun_anew_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Fi
             continue
         if _stands(points, a.route.stages[-1]):
             return
-        later_s = return_later_s(a, points, returns, lands_s=a.flight.time_s)
-        if later_s > GOES_WITHOUT_SAYING_S:
+        by_own_track = event.action != RETURNS
+        later = later_text(a, points, returns, lands_s=a.flight.time_s, by_own_track=by_own_track)
+        if later:
             found = _reported(a, event, Severity.WARNING)
-            up_to = "" if event.action == RETURNS else "up to "
-            later = f"; it lands {up_to}{quantity.duration(later_s)} later than predicted"
-            yield replace(found, message=f"{found.message}{later}")
+            yield replace(found, message=f"{found.message}; {later}")
             return
 
 

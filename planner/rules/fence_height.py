@@ -214,9 +214,8 @@ def _begun_anew(
     9 s later, with RTL_LOIT_TIME 60 s 64 s.
     """
     from planner.rules.returns_anew import (
-        GOES_WITHOUT_SAYING_S,
         closes_its_track,
-        return_later_s,
+        later_text,
         return_short_wh,
         up_its_track,
     )
@@ -237,10 +236,8 @@ def _begun_anew(
             Severity.ERROR,
             f": the return begun anew ends {quantity.energy(short_wh)} below the reserve",
         )
-    later_s = return_later_s(a, points, returns, lands_s=lands_s)
-    up_to = "up to " if by_own_track else ""
-    later = f": it lands {up_to}{quantity.duration(later_s)} later than predicted"
-    return (Severity.WARNING, later) if later_s > GOES_WITHOUT_SAYING_S else None
+    later = later_text(a, points, returns, lands_s=lands_s, by_own_track=by_own_track)
+    return (Severity.WARNING, f": {later}") if later else None
 
 
 @judges(FENCE_HEIGHT, needs=(ARDUPILOT,))

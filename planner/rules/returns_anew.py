@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from planner import quantity
 from planner.flight.failsafe import BY_OWN_TRACK, RETURNS
 from planner.flight.pilot import make_pilot
 from planner.flight.returns.path import Returns
@@ -19,19 +20,23 @@ if TYPE_CHECKING:
     from planner.flight.returns.path import ReturnPoints
     from planner.rules.assessment import Assessment
 
-GOES_WITHOUT_SAYING_S = 3.0
+_GOES_WITHOUT_SAYING_S = 3.0
 """What a return begun anew lands later by less need not be told. [s]"""
 _SAME_TRACK_M = 2.0
 """So near to an earlier part of its track SmartRTL leaves out what is between (SRTL_ACCURACY). [m]"""
 
 
-def return_later_s(
-    a: Assessment, points: ReturnPoints, returns: Returns, *, lands_s: float
-) -> float:
-    """Return how much later a return from a point of a landing is down than that would be. [s]"""
+def later_text(
+    a: Assessment, points: ReturnPoints, returns: Returns, *, lands_s: float, by_own_track: bool
+) -> str:
+    """Return how much later a return from a point of a landing is down than that would be; empty: hardly."""
     flown = returns.flown(points)
     back_s = flown.time_s + late_returns_of(a, flown).in_all_s
-    return float((points.time_s + back_s)[0]) - lands_s
+    later_s = float((points.time_s + back_s)[0]) - lands_s
+    if later_s <= _GOES_WITHOUT_SAYING_S:
+        return ""
+    up_to = "up to " if by_own_track else ""
+    return f"it lands {up_to}{quantity.duration(later_s)} later than predicted"
 
 
 def way_back(a: Assessment, event: FailsafeEvent, points: ReturnPoints) -> Returns | None:
