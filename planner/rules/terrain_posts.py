@@ -55,6 +55,8 @@ def _follows_posts(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     from planner.flight.path import FlightLines
 
     lines = _followed_lines(a, terrain, rows)
+    if lines is None:
+        return
     sides = sides_of(lines, a.setup.position_margin_m)
     lowest = _lowest(a, terrain, FlightLines.joined([lines, *sides]))
     if lowest is not None:
@@ -95,10 +97,11 @@ def heights_by_posts_m(a: Assessment) -> tuple[IntArray, FloatArray]:
 
     The stage of each, and the least and greatest wherever posts are (2, n). (n,) [m]
     """
-    terrain, rows = a.setup.terrain, _rows_by_posts(a, IN_THE_AIR)
-    if terrain is None or not rows:
+    terrain, rows, lines = a.setup.terrain, _rows_by_posts(a, IN_THE_AIR), None
+    if terrain is not None and rows:
+        lines = _followed_lines(a, terrain, rows)
+    if terrain is None or lines is None:
         return np.zeros(0, np.intp), np.zeros((2, 0))
-    lines = _followed_lines(a, terrain, rows)
     lines = lines.cut(followed_part_m(lines))
     ends_m = np.concatenate((lines.start_m, lines.end_m))
     each_m = followed_m(a, terrain, *ends_m[:, :2].T) + ends_m[:, 2]
@@ -123,10 +126,11 @@ def _text(a: Assessment, clearance_m: float) -> str:
     )
 
 
-def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> FlightLines:
+def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> FlightLines | None:
     """Return the way of stages that follow the ground, at the height above it that is asked for.
 
-    That changes evenly from item to item; on circles and returns it stays.
+    That changes evenly from item to item; on circles and returns it stays.  ``None`` where they climb and
+    hover alone.
     """
     from planner.flight.path import FlightLines, flown_lines, flown_path
 
@@ -153,7 +157,7 @@ def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> Fli
         starts_m, ends_m = lines.start_m.copy(), lines.end_m.copy()
         starts_m[:, 2], ends_m[:, 2] = asked_m[:-1], asked_m[1:]
         found.append(FlightLines(start_m=starts_m, end_m=ends_m, owner=np.full(len(legs), row)))
-    return FlightLines.joined(found)
+    return FlightLines.joined(found) if found else None
 
 
 def _lowest(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> tuple[float, int] | None:

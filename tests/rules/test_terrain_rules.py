@@ -872,6 +872,23 @@ def test_legs_by_posts_are_as_far_above_home_as_they_are_lifted(
 
 
 @pytest.mark.parametrize(
+    "places",
+    [
+        (item(19, north(0), 40.0, frame=10, params=(20.0, 0.0, 0.0, 0.0)),),
+        (item(16, north(0), 40.0, frame=10),),
+        (waypoint(50, 40), item(19, north(50), 40.0, frame=10, params=(20.0, 0.0, 0.0, 0.0))),
+    ],
+)
+@pytest.mark.parametrize(("ceiling_m", "expected"), [(39.0, [Severity.ERROR]), (42.1, [])])
+def test_what_follows_the_ground_on_the_spot_is_as_high_as_in_any_frame(
+    places: tuple[MissionItem, ...], ceiling_m: float, expected: list[Severity]
+) -> None:
+    """It hovers or climbs alone: there is no way between posts."""
+    more = f"FENCE_TYPE 1\nFENCE_ALT_MAX {ceiling_m}\n"
+    assert fence_over(ground(0.0), 0.0, places, more) == expected
+
+
+@pytest.mark.parametrize(
     ("ceiling_m", "expected"), [(56.0, [Severity.ERROR]), (57.0, [Severity.WARNING]), (58.5, [])]
 )
 def test_a_ridge_on_a_post_lifts_the_legs_beside_it(
