@@ -37,7 +37,7 @@ _COUNTS_ITSELF = 1
 _OVER_VOLTAGE = 1.05
 """Of BAT1_V_CHARGED a cell: above it PX4 takes the battery for faulty (``Battery::determineFaults``). [-]"""
 WARNS, RETURNS, LANDS = "warns", "returns", "lands where it is"
-TO_LANDING = "flies to the mission's landing, or returns"
+TO_LANDING = "flies to the mission's landing"
 STOPS_FLYING = {5: "cuts its motors", 7: "brakes, or lands"}
 """What ArduPilot does that ends a landing in the air."""
 BY_OWN_TRACK = {3: "returns by its own track", 4: "returns by its own track, or lands"}
@@ -46,6 +46,8 @@ _PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
 """COM_FLTT_LOW_ACT (PX4, ``commander_params.c``: 0 none, 1 warning, 3 return)."""
 _ARDUPILOT_ACTIONS = {0: WARNS, 1: LANDS, 2: RETURNS, **BY_OWN_TRACK, 6: TO_LANDING, **STOPS_FLYING}
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT (``AP_BattMonitor_Params.cpp``, values of Copter)."""
+_WITHOUT_SMART_RETURN = {BY_OWN_TRACK[3]: RETURNS, BY_OWN_TRACK[4]: LANDS}
+"""What these do where SRTL_POINTS 0 switches SmartRTL off (``Copter::set_mode_SmartRTL_or_RTL``)."""
 
 _ARDUPILOT_PRIORITIES = {action: rank for rank, action in enumerate((5, 1, 2, 4, 3, 0))}
 """Ranks of these, the highest first; what is not among them comes last (``Copter.h``)."""
@@ -338,15 +340,20 @@ def _mean_current_a(current_a: FloatArray, step_s: float, start_a: float) -> Flo
 
 
 def ardupilot_events(
-    profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str = "BATT"
+    profile: BatteryProfile,
+    parameters: ArduPilotParameters,
+    *,
+    has_landing: bool,
+    monitor: str = "BATT",
 ) -> Iterator[FailsafeEvent]:
     """Yield what ArduPilot decides along a flight by one of its monitors, in no order.
 
+    Where the mission has no landing that it finds, it returns instead of flying there.
     What is low does nothing behind what was critical, and that acts behind what was low only with as high a
     priority, also where the first only warned or came too late (``AP_BattMonitor::check_failsafes``; flown:
     a brake never did).
     """
-    seen = list(_ardupilot_events(profile, parameters, monitor))
+    seen = list(_ardupilot_events(profile, parameters, monitor, has_landing=has_landing))
     low, critical = (
         [(event.segment, event.fraction) for which, event in seen if (which == _LOW) is is_low]
         for is_low in (True, False)
@@ -366,7 +373,7 @@ def ardupilot_events(
 
 
 def _ardupilot_events(
-    profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str
+    profile: BatteryProfile, parameters: ArduPilotParameters, monitor: str, *, has_landing: bool
 ) -> Iterator[tuple[str, FailsafeEvent]]:
     """Yield what ArduPilot sees, with the name of the threshold.
 
@@ -381,6 +388,10 @@ def _ardupilot_events(
     kind = "at rest" if at_rest else "under load"
     for which, charge_ah, low_v, action in _ardupilot_thresholds(parameters):
         does = _ARDUPILOT_ACTIONS.get(action, WARNS)
+        if not parameters.smart_return_points:
+            does = _WITHOUT_SMART_RETURN.get(does, does)
+        if does == TO_LANDING and not has_landing:
+            does = RETURNS
         if charge_ah > 0.0 and profile.used_ah is not None:
             found = _first_below(own.battery_capacity_ah - profile.used_ah, charge_ah)
             if found is not None:

@@ -84,6 +84,8 @@ _NO_DEVIATION = 1e-12
 _SAME_PLACE_M = 5.0
 """Returns that lead no farther from where the vehicle lands end there. [m]"""
 _ON_GROUND_M = 0.1
+_OVER_M = 1.0
+"""So near beside it a landing is at the place, as positions are known. [m]"""
 _FLIGHTS = 12
 """Flights looked at between the one of a hundred that takes most and the predicted one."""
 _LANDING_SEQUENCE = (Command.DO_LAND_START, *LANDINGS, *TAKEOFFS)
@@ -107,16 +109,17 @@ FAILSAFE_BEFORE_END = Rule(
     "returns by default: a warning where neither the action nor the version is known); COM_FLT_TIME_MAX.  "
     "ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and BATT_CRT_MAH, voltage under load "
     "(at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and BATT_CRT_VOLT for BATT_LOW_TIMER, with "
-    "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; an unknown resistance is taken to be no more than that of cells of "
-    "0.05 ohm for 1 Ah (9 of 10 have less), at the highest power and in the worst of E134's flights: where "
-    "the failsafe acts by that, it is not checked (X904).  An error where the vehicle returns or lands, "
-    "information where it only warns; in the last landing only what breaks it off: motors cut, a brake, a "
-    "return to another place, one that climbs again and for that lands below the reserve (SmartRTL to the "
-    "height of the take-off), SmartRTL above that height, which leads back through all of the flight "
-    "(ArduPilot: none with FS_OPTIONS 8), and in a return of the mission before it one that ArduPilot begins "
-    "anew, its wait too, and for that lands below the reserve, or on which the next failsafe lands it before "
-    "it is home; a warning of a return begun anew that ends where it would have, more than 3 s later.  Not "
-    "checked where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
+    "BATT_FS_LOW_ACT and BATT_FS_CRT_ACT (with SRTL_POINTS 0 no SmartRTL); an unknown resistance is taken to "
+    "be no more than that of cells of 0.05 ohm for 1 Ah (9 of 10 have less), at the highest power and in the "
+    "worst of E134's flights: where the failsafe acts by that, it is not checked (X904).  An error where the "
+    "vehicle returns or lands, information where it only warns; in the last landing only what breaks it off: "
+    "motors cut, a brake, a return to another place, one that climbs again and for that lands below the "
+    "reserve (SmartRTL to the height of the take-off), SmartRTL above that height, which leads back through "
+    "all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a return of the mission before it one "
+    "that ArduPilot begins anew, its wait too, and for that lands below the reserve, or on which the next "
+    "failsafe lands it before it is home; a warning of a return begun anew that ends where it would have, "
+    "more than 3 s later.  Not checked where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, "
+    "CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -343,7 +346,8 @@ def _acts_on_none(
         assert one.rest_v is not None  # of the same battery
         highest_w = one.times * a.totals.peak_power_w
         loaded_v = loaded_voltage_v(one.rest_v, highest_w, resistance_ohm=resistance_ohm)
-        events = ardupilot_events(replace(one, loaded_v=loaded_v), parameters)
+        loaded = replace(one, loaded_v=loaded_v)
+        events = ardupilot_events(loaded, parameters, has_landing=has_landing(a.mission))
         if _first_acting(_in_time(a, list(events))) is not None:
             return False
     return True
@@ -357,23 +361,20 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
         event.action == TO_LANDING and _flies_its_landing(a, a.route.stages[number].item)
     ):
         return True
-    if kind not in _ENDS:
-        return False
     last = next((last for first, last in a.route.return_spans if first <= number <= last), number)
-    if last + 1 < len(a.route.stages):  # it lands and takes off again: the failsafe leaves it there
+    # Where it takes off again, the failsafe leaves it on the ground.
+    if kind not in _ENDS or last + 1 < len(a.route.stages):
         return False
     state = a.flight.motion.segments.state[event.segment]
     comes_down = kind in LANDED_STAGES and state in _GOES_DOWN
-    returns = event.action == RETURNS or (
-        event.action == TO_LANDING and not _has_landing(a.mission)
-    )
     if event.action == WARNS:
         return comes_down or kind in RETURN_STAGES
-    if returns and not comes_down:
-        return kind in RETURN_STAGES and not _begins_anew_short(a, event)
-    return comes_down and (
-        event.action == LANDS or _lands_on(a) or _ends_there(a, event, a.route.stages[last])
-    )
+    if event.action == LANDS:
+        return comes_down or _is_over(_points(a, event), a.route.stages[last])
+    if comes_down:
+        return _lands_on(a) or _ends_there(a, event, a.route.stages[last])
+    returns = event.action == RETURNS and kind in RETURN_STAGES
+    return returns and not _begins_anew_short(a, event)
 
 
 def _returns_on(a: Assessment, kind: StageKind) -> bool:
@@ -422,9 +423,7 @@ def _ends_there(a: Assessment, event: FailsafeEvent, landing: Stage) -> bool:
     points = _points(a, event)
     if _stands(points, landing):
         return True
-    if event.action in STOPS_FLYING.values() or (
-        event.action == TO_LANDING and _has_landing(a.mission)
-    ):
+    if event.action in {TO_LANDING, *STOPS_FLYING.values()}:
         return False
     if event.action in BY_OWN_TRACK.values():
         returns = way_back(a, event, points)
@@ -440,7 +439,13 @@ def _stands(points: ReturnPoints, landing: Stage) -> bool:
     return bool(points.place_m[0, 2] - landing.height_m < _ON_GROUND_M)
 
 
-def _has_landing(mission: Mission) -> bool:
+def _is_over(points: ReturnPoints, landing: Stage) -> bool:
+    """Return whether a vehicle at a point is over where it lands: it waits there before it comes down."""
+    place_m = points.place_m[0, :2].tolist()
+    return math.dist(place_m, (landing.east_m, landing.north_m)) < _OVER_M
+
+
+def has_landing(mission: Mission) -> bool:
     """Return whether ArduPilot finds a way to land in the mission (``jump_to_landing_sequence``)."""
     return bool(mission.numbered(Command.DO_LAND_START, Command.DO_RETURN_PATH_START))
 
@@ -662,7 +667,7 @@ def _first_on_return(
     )
     cuts = (
         one
-        for one in _charge_events(returning, pack, parameters)
+        for one in _charge_events(a, returning, pack, parameters)
         if one.action in _ENDS_FLYING and one.segment > 0
     )
     return min(cuts, key=lambda one: one.fraction, default=None)
@@ -679,13 +684,13 @@ def _events(
     """Return what an autopilot decides along a flight, in no order."""
     if isinstance(parameters, Px4Parameters):
         return list(px4_events(a.returns, profile, pack, parameters, longer=longer))
-    return list(ardupilot_events(profile, parameters))
+    return list(ardupilot_events(profile, parameters, has_landing=has_landing(a.mission)))
 
 
 def _charge_events(
-    profile: BatteryProfile, pack: Battery, parameters: FlightParameters
+    a: Assessment, profile: BatteryProfile, pack: Battery, parameters: FlightParameters
 ) -> list[FailsafeEvent]:
     """Return what an autopilot decides by the charge and the voltage of a battery, in no order."""
     if isinstance(parameters, Px4Parameters):
         return list(px4_charge_events(px4_charge(profile, pack, parameters), parameters))
-    return list(ardupilot_events(profile, parameters))
+    return list(ardupilot_events(profile, parameters, has_landing=has_landing(a.mission)))

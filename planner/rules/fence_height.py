@@ -43,6 +43,8 @@ _RETURNS = frozenset({1, 3, 5})
 """And return by RTL or SmartRTL, or land where it cannot: at home it lands then."""
 _BY_OWN_TRACK = frozenset({3, 5})
 """By SmartRTL."""
+_WITHOUT_SMART_RETURN = {3: 1, 5: 2}
+"""What they are where SRTL_POINTS 0 switches that off."""
 _LEAST_SLOPE = 0.5
 """RTL_CONE_SLOPE from which on a return near home does not climb."""
 _AT_HOME_M = 5.0
@@ -135,6 +137,8 @@ def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
 def _landings_below_the_floor(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
     """Yield landings that a floor ends which the mission has switched on: ArduPilot leaves it on for them."""
     floor_m, action = limits_in_use(a.route, parameters).floor_m, parameters.fence_action
+    if not parameters.smart_return_points:
+        action = _WITHOUT_SMART_RETURN.get(action, action)
     if floor_m is None or action in _LANDS_ALL_THE_SAME:
         return
     own_m = parameters.return_altitude_m

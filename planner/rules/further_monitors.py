@@ -18,7 +18,12 @@ from planner.rules.battery_arming import (
     stated_name,
 )
 from planner.rules.declaration import ARDUPILOT, PACK, PX4, NotEvaluated, judges
-from planner.rules.failsafe import FAILSAFE_BEFORE_END, first_reported, unwatched_by_px4
+from planner.rules.failsafe import (
+    FAILSAFE_BEFORE_END,
+    first_reported,
+    has_landing,
+    unwatched_by_px4,
+)
 from planner.values import replace
 from planner.vehicle.parameters.table import OriginKind, parameter_table
 
@@ -76,7 +81,9 @@ def _further_monitors(
             + (f"acts by {', '.join(watched)}" if watched else "no threshold of it acts"),
         )
         if _is_pack(pack, values.get(f"{monitor}_CAPACITY")):
-            yield from first_reported(a, list(ardupilot_events(profile, own, monitor)))
+            lands = has_landing(a.mission)
+            events = ardupilot_events(profile, own, has_landing=lands, monitor=monitor)
+            yield from first_reported(a, list(events))
             if is_checked(a, BATTERY):
                 yield from not_armed_with(a, profile, own, monitor)
             continue

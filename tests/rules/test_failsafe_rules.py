@@ -345,7 +345,7 @@ def late(
         (None, 4, ""),
         (None, 5, "cuts its motors"),
         (None, 6, ""),
-        (1000.0, 6, "flies to the mission's landing, or returns"),
+        (1000.0, 6, "returns"),  # the mission has no landing that it finds
         (None, 7, "brakes, or lands"),
     ],
 )
@@ -359,7 +359,20 @@ def test_a_failsafe_in_the_last_landing_counts_where_it_breaks_it_off(
     assert not told(late(lands_m, BATT_FS_LOW_ACT=action, FS_OPTIONS=24), "E103")
 
 
-def test_a_return_of_the_mission_that_begins_anew_is_told_with_its_time() -> None:
+RETURNS = [
+    {"BATT_FS_LOW_ACT": 2.0},
+    {"BATT_FS_LOW_ACT": 6.0},  # no landing is found: flown, 171 s for 133 s
+    {
+        "BATT_FS_LOW_ACT": 3.0,
+        "SRTL_POINTS": 0.0,
+    },  # SmartRTL is switched off: flown, 207 s for 148 s
+]
+
+
+@pytest.mark.parametrize("returns", RETURNS)
+def test_a_return_of_the_mission_that_begins_anew_is_told_with_its_time(
+    returns: dict[str, float],
+) -> None:
     """Flown: low in the 15th second of the wait over home of 30 s: 33 s later down, 10 m higher.
 
     75 s before the end, 53 s of descent and the last of the wait: it has waited some of these 30 s.
@@ -368,7 +381,7 @@ def test_a_return_of_the_mission_that_begins_anew_is_told_with_its_time() -> Non
     own: dict[str, Any] = {"RTL_CLIMB_MIN": 1000.0, "RTL_LOIT_TIME": 30_000.0}
     own |= {"RTL_CONE_SLOPE": 0.0, "BATT_CAPACITY": 8000.0}
     landing_mah = 8000.0 * _left(checked(flown, **own)) + 1000.0 * 353.0 * 75.0 / 3600.0 / 22.2
-    own |= {"BATT_LOW_MAH": landing_mah, "BATT_FS_LOW_ACT": 2.0}
+    own |= {"BATT_LOW_MAH": landing_mah, **returns}
     [found] = told(checked(flown, **own), "E103")
     assert found.severity is Severity.WARNING
     [later_s] = re.findall(r"it lands ([\d.]+) s later", found.message)
@@ -509,11 +522,12 @@ def test_a_failsafe_on_the_last_way_home_counts_where_it_flies_another(
     assert bool(ended(result)) is acts
 
 
+@pytest.mark.parametrize("returns", RETURNS)
 @pytest.mark.parametrize(
     ("climb_m", "critical_mah", "acts"), [(30, 240.0, True), (30, 150.0, False), (0, 130.0, False)]
 )
 def test_the_next_failsafe_may_end_a_return_of_the_mission_begun_anew(
-    climb_m: float, critical_mah: float, *, acts: bool
+    climb_m: float, critical_mah: float, returns: dict[str, float], *, acts: bool
 ) -> None:
     """Planned, the critical charge is met on the descent: flown with 30 m, down 27 m short of home.
 
@@ -525,13 +539,33 @@ def test_the_next_failsafe_may_end_a_return_of_the_mission_begun_anew(
     base = checked(flown, **own)
     values = own | {
         "BATT_LOW_MAH": 8000.0 * fraction_left(base, 2) - 100.0,
-        "BATT_FS_LOW_ACT": 2.0,
         "BATT_CRT_MAH": 8000.0 * fraction_left(base, 3) + critical_mah,
         "BATT_FS_CRT_ACT": 1.0,
+        **returns,
     }
     found = ended(checked(flown, **values))
     assert bool(found) is acts
     assert all("and on that return lands where it is" in one.message for one in found)
+
+
+@pytest.mark.parametrize(("before_landing_s", "acts"), [(20.0, False), (45.0, True)])
+def test_a_landing_where_it_waits_over_home_is_the_one_that_was_planned(
+    before_landing_s: float, *, acts: bool
+) -> None:
+    """Flown in the wait of 30 s: down 0.1 m from home, 12 s sooner than planned.
+
+    The charge for 20 s of the wait, at the 353 W of a hover; in 45 s it was still on its way.
+    """
+    flown = mission(takeoff(50), waypoint(1000, 50), rtl())
+    own: dict[str, Any] = {"RTL_LOIT_TIME": 30_000.0, "BATT_CAPACITY": 8000.0}
+    plain = checked(flown, **own)
+    landing = (row for row in plain.segments if row.state.value in {"descend", "land"})
+    waits_mah = (sum(row.energy_wh for row in landing) + 353.0 * before_landing_s / 3600.0) / 0.0222
+    critical: dict[str, Any] = {
+        "BATT_CRT_MAH": 8000.0 * _left(plain) + waits_mah,
+        "BATT_FS_CRT_ACT": 1.0,
+    }
+    assert bool(ended(checked(flown, **own, **critical))) is acts
 
 
 @pytest.mark.parametrize(
@@ -826,7 +860,7 @@ def test_ardupilot_returns_where_the_charge_left_of_its_capacity_is_low() -> Non
         (3, "returns by its own track"),  # SmartRTL or RTL
         (4, "returns by its own track, or lands"),  # SmartRTL or land
         (5, "cuts its motors"),
-        (6, "flies to the mission's landing, or returns"),  # DO_LAND_START or RTL
+        (6, "returns"),  # DO_LAND_START or RTL: there is none
         (7, "brakes, or lands"),
     ],
 )
@@ -888,7 +922,7 @@ def test_what_is_critical_acts_by_its_priority_behind_what_was_low(
         battery_low_action=low,
         battery_critical_action=critical,
     )
-    events = ardupilot_events(replace(profile, used_ah=used_ah), parameters)
+    events = ardupilot_events(replace(profile, used_ah=used_ah), parameters, has_landing=False)
     names = ["BATT_LOW_MAH", "BATT_CRT_MAH"]
     assert [one.parameter for one in events] == (names if acts else names[:1])
 
@@ -907,7 +941,7 @@ def test_what_is_low_does_nothing_behind_what_was_critical(critical_ah: float) -
         battery_low_action=2,
         battery_critical_action=0,
     )
-    [event] = ardupilot_events(replace(profile, used_ah=used_ah), parameters)
+    [event] = ardupilot_events(replace(profile, used_ah=used_ah), parameters, has_landing=False)
     assert event.parameter == "BATT_CRT_MAH"
 
 
@@ -934,8 +968,10 @@ def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
         parameters = ArduPilotParameters(
             battery_low_v=21.0, battery_low_timer_s=timer_s, battery_low_action=2
         )
-        assert len(list(ardupilot_events(profile, parameters))) == events
-    assert not list(ardupilot_events(profile, ArduPilotParameters(battery_low_v=19.9)))
+        assert len(list(ardupilot_events(profile, parameters, has_landing=False))) == events
+    assert not list(
+        ardupilot_events(profile, ArduPilotParameters(battery_low_v=19.9), has_landing=False)
+    )
 
 
 def test_a_battery_too_empty_to_arm_is_refused() -> None:

@@ -133,6 +133,8 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     return_cone_slope: float = parameter("RTL_CONE_SLOPE", 3.0, NOT_NEGATIVE)
     # 0: over home, 1: over terrain
     return_altitude_type: int = parameter("RTL_ALT_TYPE", 0, NOT_NEGATIVE)
+    # that SmartRTL remembers; 0: it is switched off
+    smart_return_points: int = parameter("SRTL_POINTS", 300, NOT_NEGATIVE)
 
     # distance within which a rally point is taken though home is nearer; 0: no limit
     rally_limit_m: float = parameter("RALLY_LIMIT_KM km", 0.3, NOT_NEGATIVE)
