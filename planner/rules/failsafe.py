@@ -140,12 +140,8 @@ def _failsafe_before_end(
     if isinstance(parameters, Px4Parameters):
         yield from unwatched_by_px4(a, profile, pack, parameters)
         yield from _returned_by_older_px4(a, profile, pack, parameters)
-    else:
-        cut = list(_cut_anew(a, events, profile, pack, parameters))
-        yield from cut
-        if cut:
-            return
-    yield from _begun_anew_later(a, events)
+    cut = list(_cut_anew(a, events, profile, pack, parameters))
+    yield from cut or _begun_anew_later(a, events)
 
 
 def _begun_anew_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
@@ -181,14 +177,14 @@ def _cut_anew(
     events: list[FailsafeEvent],
     profile: BatteryProfile,
     pack: Battery,
-    parameters: ArduPilotParameters,
+    parameters: FlightParameters,
 ) -> Iterator[Finding]:
     """Yield the return that ArduPilot begins anew at the end of a mission, and that the next failsafe ends.
 
     Flown, RTL_CLIMB_MIN 30 m: BATT_LOW_MAH on the way home, BATT_CRT_MAH planned over home: down 27 m short.
     In a landing at home only what cuts the motors ends it: flown with RTL_CONE_SLOPE 0, 60 m up.
     """
-    for event in events:
+    for event in events if is_of_ardupilot(parameters) else ():
         kind = a.route.stages[int(a.returns.segment_stage[event.segment])].kind
         comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
         if kind not in _ENDS or (comes_down and _lands_on(a)):
@@ -488,7 +484,9 @@ def _failsafe_at_risk(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
     predicted = profile_of(a)
-    if _first_acting(_in_time(a, _events(a, predicted, pack, parameters))) is not None:
+    events = _events(a, predicted, pack, parameters)
+    acts = _first_acting(_in_time(a, events)) is not None
+    if acts or any(_cut_anew(a, events, predicted, pack, parameters)):
         return  # E103
     # Of flights that take more, those that take less of it may come home from farther off.
     most = deviations_beyond(MOST_CHANCE_EMPTY)
@@ -514,16 +512,19 @@ def _acting_in(
         events = _events(a, profile, pack, parameters, longer=longer)
         event = _first_acting(_in_time(a, events))
         if event is None:
-            continue
-        cut = _ends_of_return(a, event, profile, pack, parameters)
-        ends = event.action in _ENDS_FLYING or cut
-        found = _reported(a, event, Severity.ERROR if ends else Severity.WARNING)
-        yield a.finding(
-            FAILSAFE_AT_RISK,
-            f"{found.message}{cut}; in a flight that {words}, {why}",
-            severity=found.severity,
-            item=found.item,
-        )
+            every = _cut_anew(a, events, profile, pack, parameters)
+        else:
+            cut = _ends_of_return(a, event, profile, pack, parameters)
+            ends = event.action in _ENDS_FLYING or cut
+            found = _reported(a, event, Severity.ERROR if ends else Severity.WARNING)
+            every = iter((replace(found, message=found.message + cut),))
+        for found in every:
+            yield a.finding(
+                FAILSAFE_AT_RISK,
+                f"{found.message}; in a flight that {words}, {why}",
+                severity=found.severity,
+                item=found.item,
+            )
 
 
 def _uncounted_flight(
