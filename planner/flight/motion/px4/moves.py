@@ -565,17 +565,20 @@ class _Navigator:
     ) -> tuple[float, float, float]:
         """Return where the waypoint just flown to counts as reached: a return begins there. [m]
 
-        RTL's decision (``RTL::computeReturnAltitude``) and its climb are of where the vehicle is.
+        RTL's decision (``RTL::computeReturnAltitude``) and its climb are of where the vehicle is, within
+        the radius and NAV_MC_ALT_RAD of the place (``MissionBlock::is_mission_item_reached``).
         """
         if flown_to is None:
             return self._place_m
         begin_m, move = flown_to
-        level = math.dist(move.target_m[:2], begin_m[:2])
-        asked = (np.array(one) for one in (min(level, move.reach_m), move.speed_m_s, move.hold_s))
+        way = np.subtract(move.target_m, begin_m)
+        level, rise = math.hypot(*way[:2]), abs(float(way[2]))
+        # Its height counts as well as its place on the map, which a steep way comes near long before.
+        tail = min(level, move.reach_m, level * self.parameters.altitude_acceptance_m / (rise or 1e-9))
+        asked = (np.array(one) for one in (tail, move.speed_m_s, move.hold_s))
         left = float(left_m(self.parameters, *asked))
         if left <= 0.0:
             return self._place_m
-        way = np.subtract(move.target_m, begin_m)
         east, north, height = (np.array(move.target_m) - way * (left / level)).tolist()
         return east, north, height
 
