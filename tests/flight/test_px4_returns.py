@@ -11,7 +11,7 @@ from made_returns import to_home
 from px4_flights import fly_px4, px4_returns
 
 from planner.flight.motion.kinematics import STATES, Motion
-from planner.flight.motion.px4.moves import return_heights_m
+from planner.flight.motion.px4.moves import moves_of_stages, return_heights_m
 from planner.flight.pilot import make_pilot
 from planner.mission.route.stage import Stage, StageKind
 from planner.setup import Setup
@@ -132,6 +132,79 @@ def test_a_waypoint_beside_home_counts_as_reached_beyond_its_radius(
     motion = fly_px4((takeoff(12.0), go(0.0, 60.0, 12.0), go(0.0, near_m, 12.0), RETURN), near)
     assert float(motion.segments.end_s[-1]) == pytest.approx(flown_s, rel=0.035)
     assert _highest_m(motion) == pytest.approx(highest_m, abs=0.8)  # flown 29.6 m
+
+
+@pytest.mark.parametrize(
+    ("begins_m", "climbs_m", "radius_m", "flown_s"),
+    [
+        (160.0, 40.0, 10.0, 133.2),
+        (170.0, 40.0, 10.0, 134.5),
+        (185.0, 40.0, 5.0, 138.3),
+        (170.0, 70.0, 10.0, 164.8),
+    ],
+)
+def test_a_return_behind_a_steep_climb_begins_at_its_waypoint_s_height(
+    begins_m: float, climbs_m: float, radius_m: float, flown_s: float
+) -> None:
+    # Flown in simulation, from 20 m up to a waypoint 200 m east, where the return was up there as well.
+    fast = replace(PX4, acceptance_radius_m=radius_m, cruise_speed_m_s=8.0)
+    top_m = 20.0 + climbs_m
+    way = (takeoff(20.0), go(begins_m, 0.0, 20.0), go(200.0, 0.0, top_m), RETURN)
+    motion = fly_px4(way, fast)
+    assert float(motion.segments.end_s[-1]) == pytest.approx(flown_s, rel=0.015)
+    half_way_home = motion.state_at_time(np.array([_at_m(motion, 100.0)]))
+    assert half_way_home.height_m == pytest.approx(top_m, abs=0.7)
+
+
+@pytest.mark.parametrize(("way_m", "flown_s"), [(10.0, 113.2), (4.0, 118.2)])
+def test_a_return_behind_a_steep_descent_begins_at_its_waypoint_s_height(
+    way_m: float, flown_s: float
+) -> None:
+    # Flown in simulation, from 60 m down to 15 m and home at RTL_RETURN_ALT.
+    wide = replace(PX4, acceptance_radius_m=10.0 if way_m == 10.0 else 2.0)
+    last = replace(go(30.0, -way_m, 15.0), acceptance_radius_m=way_m)
+    motion = fly_px4((takeoff(60.0), go(30.0, 0.0, 60.0), last, RETURN), wide)
+    assert float(motion.segments.end_s[-1]) == pytest.approx(flown_s, rel=0.015)
+    half_way_home = motion.state_at_time(np.array([_at_m(motion, 15.0)]))
+    assert half_way_home.height_m == pytest.approx(30.0, abs=0.7)
+
+
+@pytest.mark.parametrize(
+    ("rise_m", "before_m"),
+    [
+        (
+            3.19,
+            10.0,
+        ),  # over 40 m, so that the height counts where the radius is reached: 0.8 m before
+        (8.0, 4.0),
+        (32.0, 0.0),  # 1 m before, within what a return's place is uncertain by
+    ],
+)
+def test_a_return_begins_where_the_later_of_radius_and_height_is_reached(
+    rise_m: float, before_m: float
+) -> None:
+    high = replace(PX4, acceptance_radius_m=10.0, return_altitude_m=90.0)
+    way = (takeoff(20.0), go(160.0, 0.0, 20.0), go(200.0, 0.0, 20.0 + rise_m), RETURN)
+    moves = moves_of_stages(way, high)
+    first = np.flatnonzero(moves.is_return)[0]
+    assert moves.target_m[first, 0] == pytest.approx(200.0 - before_m, abs=0.05)
+
+
+@pytest.mark.parametrize(("radius_m", "height_m"), [(0.8, 45.0), (2.0, 43.0), (3.0, 42.0)])
+def test_a_return_begins_short_of_its_waypoint_s_height_by_a_wide_altitude_radius(
+    radius_m: float, height_m: float
+) -> None:
+    wide = replace(PX4, altitude_acceptance_m=radius_m)
+    upright = (takeoff(20.0), go(60.0, 0.0, 20.0), go(60.0, 0.0, 45.0), RETURN)
+    moves = moves_of_stages(upright, wide)
+    first = np.flatnonzero(moves.is_return)[0]
+    assert moves.target_m[first, 2] == pytest.approx(height_m, abs=0.01)
+
+
+def _at_m(motion: Motion, east_m: float) -> float:
+    """Return when a flight is so far east for the last time. [s]"""
+    time_s = np.linspace(0.0, float(motion.segments.end_s[-1]), 4000)
+    return float(time_s[np.flatnonzero(motion.state_at_time(time_s).east_m > east_m)[-1]])
 
 
 def _highest_m(motion: Motion) -> float:

@@ -153,6 +153,9 @@ def left_m(
 RETURN_PLACE_ERROR_M = 3.0
 """By which a mission's return may begin nearer home or farther from it than predicted: flown 10.5 m from
 home for 9.0 m predicted, in a wind of 5 m/s; an estimate drifts from home besides. [m]"""
+_NEAR_HEIGHT_M = 0.8
+"""A return that begins so far below or above its waypoint, NAV_MC_ALT_RAD by default, is taken to begin at
+it: flown 0.3 to 0.7 m off. [m]"""
 _WITHIN_M = 1e-3
 """A place counts as reached within its radius, not at it. [m]"""
 SHORTEST_L1_M = 5.0
@@ -402,6 +405,7 @@ class _Navigator:
         """Yield the moves of a return, begun where the place before it counts as reached."""
         near_m = min(self.parameters.acceptance_radius_m, RETURN_PLACE_ERROR_M)
         is_afar = math.dist(passed_m[:2], self._place_m[:2]) > near_m + _WITHIN_M
+        is_afar |= abs(passed_m[2] - self.height_m) > _NEAR_HEIGHT_M + _WITHIN_M
         if stage.return_path is not None:
             begins = passed_m if is_afar else self._place_m
             yield from self.home_along(index, stage.item, stage.return_path, begins_m=begins)
@@ -572,14 +576,17 @@ class _Navigator:
             return self._place_m
         begin_m, move = flown_to
         way = np.subtract(move.target_m, begin_m)
-        level, rise = math.hypot(*way[:2]), abs(float(way[2]))
+        length = float(np.linalg.norm(way))
         # Its height counts as well as its place on the map, which a steep way comes near long before.
-        tail = min(level, move.reach_m, level * self.parameters.altitude_acceptance_m / (rise or 1e-9))
+        level, rise = (
+            max(one / (length or 1.0), 1e-9) for one in (math.hypot(*way[:2]), abs(way[2]))
+        )
+        tail = min(length, move.reach_m / level, self.parameters.altitude_acceptance_m / rise)
         asked = (np.array(one) for one in (tail, move.speed_m_s, move.hold_s))
         left = float(left_m(self.parameters, *asked))
         if left <= 0.0:
             return self._place_m
-        east, north, height = (np.array(move.target_m) - way * (left / level)).tolist()
+        east, north, height = (np.array(move.target_m) - way * (left / length)).tolist()
         return east, north, height
 
     def _place_at(self, stage: Stage) -> None:
