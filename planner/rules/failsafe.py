@@ -46,7 +46,13 @@ from planner.rules.energy import (
     place_along,
 )
 from planner.rules.lateness import late_returns_of
-from planner.rules.returns_anew import later_text, return_short_wh, way_back
+from planner.rules.returns_anew import (
+    held_s,
+    landing_later_text,
+    later_text,
+    return_short_wh,
+    way_back,
+)
 from planner.units import j_from_wh, wh_from_j
 from planner.values import replace
 from planner.vehicle.pack import high_resistance_ohm, rest_curve
@@ -118,8 +124,9 @@ FAILSAFE_BEFORE_END = Rule(
     "all of the flight (ArduPilot: none with FS_OPTIONS 8), and in a return of the mission before it one "
     "that ArduPilot begins anew, its wait too, and for that lands below the reserve, or on which the next "
     "failsafe lands it before it is home; a warning of a return begun anew that ends where it would have, "
-    "more than 3 s later.  Not checked where nothing measures the battery (BATT_MONITOR 0, BAT1_SOURCE -1, "
-    "CBRK_SUPPLY_CHK 894281).",
+    "more than 3 s later, and of a landing where it lands already.  PX4 holds COM_FAIL_ACT_T before it does "
+    "either, which counts in time and energy.  Not checked where nothing measures the battery (BATT_MONITOR "
+    "0, BAT1_SOURCE -1, CBRK_SUPPLY_CHK 894281).",
     fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
     "can give",
     instead="the vehicle's own parameters with --params",
@@ -145,31 +152,39 @@ def _failsafe_before_end(
 
 
 def _begun_anew_later(a: Assessment, events: list[FailsafeEvent]) -> Iterator[Finding]:
-    """Yield the return begun anew in the last landing or return that ends there, where it takes its time.
+    """Yield what is begun anew in the last landing or return and ends there, where it takes its time.
 
     Flown by PX4, RTL_TYPE 1 and RTL_RETURN_ALT 50 m, COM_FLT_TIME_MAX in a landing from 22 m: up to 49 m,
-    and down 51 s later; by ArduPilot, RTL_CLIMB_MIN 10 m and RTL_LOIT_TIME 30 s, low while it waits over
-    home: 33 s later.
+    and down 51 s later; COM_LOW_BAT_ACT 2 in a landing from 20 m: 6 s later; by ArduPilot, RTL_CLIMB_MIN 10 m
+    and RTL_LOIT_TIME 30 s, low while it waits over home: 33 s later.
     """
     for event in sorted(events, key=lambda one: (one.segment, one.fraction)):
         kind = a.route.stages[int(a.returns.segment_stage[event.segment])].kind
         comes_down = a.flight.motion.segments.state[event.segment] in _GOES_DOWN
         if not (comes_down or kind in RETURN_STAGES) or (comes_down and _lands_on(a)):
             continue
-        if _returns_on(a, kind) or not _comes_too_late(a, event):
+        returns_on = event.action != LANDS and _returns_on(a, kind)
+        if returns_on or not _comes_too_late(a, event):
             continue
-        points = _points(a, event)
-        returns = way_back(a, event, points)
-        if returns is None:
-            continue
-        if _stands(points, a.route.stages[-1]):
+        if _stands(_points(a, event), a.route.stages[-1]):
             return
-        by_own_track = event.action != RETURNS
-        later = later_text(a, points, returns, lands_s=a.flight.time_s, by_own_track=by_own_track)
+        later = _later(a, event)
         if later:
             found = _reported(a, event, Severity.WARNING)
             yield replace(found, message=f"{found.message}; {later}")
             return
+
+
+def _later(a: Assessment, event: FailsafeEvent) -> str:
+    """Return how much later the vehicle is down by a failsafe of its landing, in words; empty: hardly."""
+    if event.action == LANDS:
+        return landing_later_text(a, event)
+    points = _points(a, event)
+    returns = way_back(a, event, points)
+    if returns is None:
+        return ""
+    by_own_track = event.action != RETURNS
+    return later_text(a, points, returns, lands_s=a.flight.time_s, by_own_track=by_own_track)
 
 
 def _cut_anew(
@@ -634,7 +649,7 @@ def _first_on_return(
     late = late_returns_of(a, flown)
     segments = flown.flight.motion.segments
     flies = ~np.isin(segments.state, goes_down)
-    late_s = float(late.climbs_s[flies].sum() + late.ways_s[0])
+    late_s = held_s(a) + float(late.climbs_s[flies].sum() + late.ways_s[0])
     late_wh = a.hovered_wh(late_s)
     back_s = float(segments.duration_s[flies].sum()) + late_s
     back_wh = float(flown.energy_wh[0] - wh_from_j(flown.state_energy_j[0, down].sum())) + late_wh

@@ -1,4 +1,4 @@
-"""Returns that a failsafe or a fence begins while the vehicle lands or returns already."""
+"""Returns and landings that a failsafe or a fence begins while the vehicle lands or returns already."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.flight.failsafe import BY_OWN_TRACK, RETURNS
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import make_pilot
 from planner.flight.returns.path import Returns
 from planner.mission.route.stage import StageKind
 from planner.rules.lateness import late_returns_of
 from planner.values import field_names, replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -21,9 +23,21 @@ if TYPE_CHECKING:
     from planner.rules.assessment import Assessment
 
 _GOES_WITHOUT_SAYING_S = 3.0
-"""What a return begun anew lands later by less need not be told. [s]"""
+"""What is later down by less need not be told. [s]"""
 _SAME_TRACK_M = 2.0
 """So near to an earlier part of its track SmartRTL leaves out what is between (SRTL_ACCURACY). [m]"""
+
+
+def held_s(a: Assessment) -> float:
+    """Return how long the vehicle holds before it does what a failsafe says: of PX4, COM_FAIL_ACT_T. [s]
+
+    Notes
+    -----
+    ``FailsafeBase::getSelectedAction``: any action but a hold, and what cuts the motors, is delayed so long
+    in Hold, once.  Flown by COM_FLT_TIME_MAX and by the battery alike.
+    """
+    own = a.own_parameters
+    return own.failsafe_hold_s if isinstance(own, Px4Parameters) else 0.0
 
 
 def later_text(
@@ -32,10 +46,26 @@ def later_text(
     """Return how much later a return from a point of a landing is down than that would be; empty: hardly."""
     flown = returns.flown(points)
     back_s = flown.time_s + late_returns_of(a, flown).in_all_s
-    later_s = float((points.time_s + back_s)[0]) - lands_s
+    later_s = float((points.time_s + back_s)[0]) + held_s(a) - lands_s
+    return _later_text(later_s, up_to="up to " if by_own_track else "")
+
+
+def landing_later_text(a: Assessment, event: FailsafeEvent) -> str:
+    """Return how much later the vehicle is down that a failsafe lands where it lands; empty: hardly.
+
+    It holds first, and waits no longer over home.  Flown, PX4, in a landing: 6.3 s later; in the landing of
+    a return: 5.8 s.
+    """
+    segments = a.flight.motion.segments
+    left_s = segments.duration_s[event.segment :].copy()
+    left_s[0] *= 1.0 - event.fraction
+    hovers = segments.state[event.segment :] == STATE_INDEX[FlightState.HOVER]
+    return _later_text(held_s(a) - float(left_s[hovers].sum()))
+
+
+def _later_text(later_s: float, *, up_to: str = "") -> str:
     if later_s <= _GOES_WITHOUT_SAYING_S:
         return ""
-    up_to = "up to " if by_own_track else ""
     return f"it lands {up_to}{quantity.duration(later_s)} later than predicted"
 
 
@@ -121,6 +151,6 @@ def return_short_wh(a: Assessment, points: ReturnPoints, returns: Returns) -> fl
     if a.battery is None:
         return 0.0
     flown = returns.flown(points)
-    late_wh = a.late_return_wh(flown, late_returns_of(a, flown))
+    late_wh = a.late_return_wh(flown, late_returns_of(a, flown)) + a.hovered_wh(held_s(a))
     needed_wh = float((points.used_wh + flown.energy_wh + late_wh)[0])
     return max(needed_wh - max(a.battery.above_reserve_wh, a.totals.energy_wh + a.late_wh), 0.0)

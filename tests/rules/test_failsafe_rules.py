@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
-    from planner.mission.items import Mission
+    from planner.mission.items import Mission, MissionItem
     from planner.service.preflight import CheckResult
 
 OWN = load_vehicle("arducopter-sitl-quad").battery
@@ -893,7 +893,11 @@ def test_ardupilot_does_as_its_action_says(which: str, action: int, does: str) -
     ("highest_m", "before_end_s", "later_s"),
     [
         (50.0, 18.0, (40.0, 60.0)),  # flown: up to 49 m, and down 51 s later than planned
-        (22.0, 18.0, (5.0, 20.0)),  # from about 10 m
+        (
+            22.0,
+            18.0,
+            (12.0, 25.0),
+        ),  # 5 s of hold, and from about 10 m up to 22 m and down: 4 s and 8 s
         (50.0, 1.0, None),  # on the ground, where it waits for 2 s to disarm
     ],
 )
@@ -909,6 +913,85 @@ def test_a_return_that_breaks_off_the_last_landing_is_told_with_its_time(
     if later_s is not None:
         [said] = re.findall(r"it lands ([\d.]+) s later than predicted", found[0].message)
         assert later_s[0] < float(said) < later_s[1]
+
+
+@pytest.mark.parametrize("lands", [item(21, north(60), 0.0), item(21, north(0), 0.0), rtl()])
+@pytest.mark.parametrize(
+    ("hold_s", "later_s"), [(None, 5.0), (25.0, 25.0), (3.1, 3.1), (3.0, None), (0.0, None)]
+)
+def test_px4_holds_before_it_lands_where_it_lands_already(
+    lands: MissionItem, hold_s: float | None, later_s: float | None
+) -> None:
+    """COM_FAIL_ACT_T 5 s.  Flown: 6.3 s later in a landing 72 m from home, 5.8 s in that of a return."""
+    own = {} if hold_s is None else {"COM_FAIL_ACT_T": hold_s}
+    found = told(_critical(mission(takeoff(20), waypoint(60, 20), lands), 10.0, **own), "E103")
+    found = [one for one in found if "BAT_CRIT_THR" in one.message]
+    if later_s is None:
+        assert not found
+        return
+    [one] = found
+    assert one.severity is Severity.WARNING
+    assert one.message.startswith("the vehicle itself lands where it is at ")
+    [said] = re.findall(r"; it lands ([\d.]+) s later than predicted$", one.message)
+    assert float(said) == later_s
+
+
+@pytest.mark.parametrize(("before_end_s", "acts"), [(10.0, True), (32.0, False)])
+def test_px4_waits_no_longer_over_home_once_it_is_to_land(
+    before_end_s: float, *, acts: bool
+) -> None:
+    """Flown: critical early in a wait of 15 s, down 6.7 s sooner; it lands from 10 m in some 16 s."""
+    waits: dict[str, Any] = {"RTL_LAND_DELAY": 30.0}
+    result = _critical(mission(takeoff(20), waypoint(60, 20), rtl()), before_end_s, **waits)
+    found = [one for one in told(result, "E103") if "BAT_CRIT_THR" in one.message]
+    assert ["s later than predicted" in one.message for one in found] == [True] * acts
+
+
+def _critical(flown: Mission, before_end_s: float, **own: float) -> CheckResult:
+    """Return a check of PX4 that lands at a charge it has so long before its end, by the power of a hover."""
+    left = _left(checked(flown, **PX4, **own))  # type: ignore[arg-type]  # by name
+    critical = left + 353.0 * before_end_s / 3600.0 / LABEL.energy_wh
+    by_charge = {"COM_LOW_BAT_ACT": 2.0, "BAT_CRIT_THR": critical, "BAT_EMERGEN_THR": 0.01}
+    return checked(flown, **PX4, **own, **by_charge)  # type: ignore[arg-type]  # by name
+
+
+@pytest.mark.parametrize(("hold_s", "acts"), [(0.0, False), (25.0, True)])
+def test_px4s_hold_before_a_return_brings_the_next_failsafe_nearer(
+    hold_s: float, *, acts: bool
+) -> None:
+    """1 km home at 5 m/s and 350 W takes 19.5 Wh, 11 % of the charge, with 25 s of hold 12.4 %."""
+    away = mission(takeoff(50), waypoint(1000, 50), item(21, north(1000), 0.0))
+    vehicle = replace(SURVEY_QUAD, spread=None)
+    flight_wh = check(away, vehicle, battery=LABEL, autopilot=Autopilot.PX4).totals.energy_wh
+    critical = 1.0 - 1.03 * flight_wh / LABEL.energy_wh
+    values = {
+        "COM_FAIL_ACT_T": hold_s,
+        "COM_LOW_BAT_ACT": 3.0,
+        "BAT_CRIT_THR": critical,
+        "BAT_EMERGEN_THR": critical - 0.117,
+    }
+    given = ParameterSet(
+        source="made.params",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=Autopilot.PX4,
+    )
+    own: dict[str, Any] = {"autopilot": Autopilot.PX4, "parameters": given}
+    result = check(away, vehicle, battery=LABEL, reserve=0.0, **own)
+    [found] = told(result, "E134")
+    assert ("on that return lands where it is" in found.message) is acts
+
+
+def test_px4s_hold_before_a_return_counts_in_its_energy() -> None:
+    """25 s at 353 W of a hover take 2.45 Wh."""
+    away = mission(takeoff(50), waypoint(1000, 50), item(21, north(1000), 0.0))
+    end_s = checked(away, autopilot=Autopilot.PX4).totals.time_s
+    limit: dict[str, Any] = {"COM_FLT_TIME_MAX": end_s - 60.0, "reserve": 0.9}
+    short_wh = []
+    for hold_s in (0.0, 25.0):
+        found = ended(checked(away, **PX4, **limit, COM_FAIL_ACT_T=hold_s))  # type: ignore[arg-type]  # by name
+        short_wh += re.findall(r"that return ends ([\d.]+) Wh below the reserve", found[0].message)
+    none, held = map(float, short_wh)
+    assert held - none == pytest.approx(2.45, abs=0.11)
 
 
 @pytest.mark.parametrize(

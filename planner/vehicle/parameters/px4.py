@@ -150,6 +150,8 @@ class Px4Parameters(AutopilotParameters, eq=False):
     arm_battery_min_fraction: float = parameter(
         "COM_ARM_BAT_MIN", -1.0, Range(high=1.0), earlier=((_1_16, 0.0),)
     )
+    # held before a failsafe's action, so that a pilot may take over
+    failsafe_hold_s: float = parameter("COM_FAIL_ACT_T s", 5.0, NOT_NEGATIVE)
     # longest flight; 0 or less: no limit
     flight_time_max_s: float = parameter("COM_FLT_TIME_MAX s", -1.0)
     wind_max_m_s: float = parameter("COM_WIND_MAX m/s", -1.0)  # strongest; 0 or less: no limit
