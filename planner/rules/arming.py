@@ -18,7 +18,7 @@ from planner.rules.arming_checks import (
     refused_by_px4,
 )
 from planner.rules.assessment import numbers
-from planner.rules.declaration import ARDUPILOT, PX4, judges
+from planner.rules.declaration import ARDUPILOT, PX4, NotEvaluated, judges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,16 +45,17 @@ WOULD_NOT_ARM = Rule(
     why="A vehicle that refuses to arm on the field costs the day; the reason stands in its parameter "
     "file the evening before.",
     how="PX4: COM_ARMABLE 0; COM_HOME_EN 0 (without a home it refuses heights above home, and never "
-    "returns); SYS_HAS_GPS 0 or EKF2_GPS_CTRL without bit 0, and no EKF2_AGP_CTRL or "
-    "EKF2_EV_CTRL: a mission needs a position (modeCheck.cpp); SYS_HAS_MAG 0 or EKF2_MAG_TYPE 5, and bit 3 "
-    "in neither EKF2_GPS_CTRL nor EKF2_EV_CTRL: no position without a heading (tried in PX4's simulation); "
-    "CAL_ACCn_ID, CAL_GYROn_ID or, with SYS_HAS_MAG, CAL_MAGn_ID all 0; EKF2_EN 0 without LPE_EN (no "
-    "position in PX4's simulation); a receiver (COM_RC_IN_MODE not 1 or 4) with RCn_TRIM not between RCn_MIN "
-    "and RCn_MAX, or that above 2500.  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  Always: "
-    "EK3_SRC1_POSZ 0 (from 4.7 on ArduPilot arms, and measures no height), FRAME_CLASS of no multicopter, "
-    "FRAME_TYPE that FRAME_CLASS 1 to 4, 12 or 14 has not (each tried in ArduPilot's simulation), "
-    "MOT_SPIN_ARM above MOT_SPIN_MIN, MOT_SPIN_MIN above 0.3, AHRS_EKF_TYPE 0, or 2 or 3 with EK2_ENABLE or "
-    "EK3_ENABLE 0, EK3_SRCn_ of a sensor that is not there (GPS1_TYPE, FLOW_TYPE, VISO_TYPE, BCN_TYPE, "
+    "returns); SYS_HAS_GPS 0 or EKF2_GPS_CTRL without bit 0, and no EKF2_AGP_CTRL or EKF2_EV_CTRL: a mission "
+    "needs a position (modeCheck.cpp); SYS_HAS_MAG 0 or EKF2_MAG_TYPE 5, and bit 3 in neither EKF2_GPS_CTRL "
+    "nor EKF2_EV_CTRL: no position without a heading (tried in PX4's simulation); no height (EKF2_BARO_CTRL "
+    "or SYS_HAS_BARO 0, bit 1 in neither of these two, EKF2_RNG_CTRL 0: tried); CAL_ACCn_ID, CAL_GYROn_ID "
+    "or, with SYS_HAS_MAG, CAL_MAGn_ID all 0; EKF2_EN 0 without LPE_EN (no position in PX4's simulation); a "
+    "receiver (COM_RC_IN_MODE not 1 or 4) with RCn_TRIM not between RCn_MIN and RCn_MAX, or that above "
+    "2500.  ArduPilot, with ARMING_CHECK and ARMING_SKIPCHK as they are.  Always: EK3_SRC1_POSZ 0 (from 4.7 "
+    "on ArduPilot arms, and measures no height), FRAME_CLASS of no multicopter, FRAME_TYPE that FRAME_CLASS "
+    "1 to 4, 12 or 14 has not (each tried in ArduPilot's simulation), MOT_SPIN_ARM above MOT_SPIN_MIN, "
+    "MOT_SPIN_MIN above 0.3, AHRS_EKF_TYPE 0, or 2 or 3 with EK2_ENABLE or EK3_ENABLE 0, or EK2_IMU_MASK or "
+    "EK3_IMU_MASK 0, EK3_SRCn_ of a sensor that is not there (GPS1_TYPE, FLOW_TYPE, VISO_TYPE, BCN_TYPE, "
     "WENC_TYPE 0, no rangefinder that looks down), EK3_SRC1_POSXY 0, EK3_MAG_CAL 5 or 6 with EK3_SRC1_YAW 1 "
     "(compass), EK3_SRC1_YAW 0, or 1 with COMPASS_ENABLE 0 or each COMPASS_USE 0, MOT_PWM_MIN below 1 or not "
     "below MOT_PWM_MAX, a motor of FRAME_CLASS 1 to 5, 7, 12 or 14 on none of eight SERVOx_FUNCTION or more, "
@@ -117,9 +118,9 @@ TAKEOFF_BLOCKED = Rule(
     why="ArduPilot arms, says 'Takeoff blocked: ESC RPM too low' and stands on the ground with the mission "
     "begun (AP_Vehicle::motors_takeoff_check); PX4 waits with its motors off until it is thrown.",
     how="TKOFF_RPM_MIN above 0 with no source of telemetry from the motors' controllers: no SERIALn_PROTOCOL "
-    "of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; judged of a file that names "
-    "serial ports.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.  PX4: COM_THROW_EN is 1 (flown: 160 s "
-    "on the ground).",
+    "of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; not checked (X904) in a file "
+    "that names no serial port.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.  PX4: COM_THROW_EN is 1 "
+    "(flown: 160 s on the ground).",
     fix="set TKOFF_RPM_MIN to 0, or connect and set up the telemetry",
     instead="the parameters of --params",
 )
@@ -130,7 +131,9 @@ _TELLS_SPEEDS = r"SERVO_BLH_BDMASK|CAN_P\d_DRIVER|SIM_ESC_TELEM"
 
 
 @judges(TAKEOFF_BLOCKED, needs=(ARDUPILOT,))
-def _takeoff_blocked(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+def _takeoff_blocked(
+    a: Assessment, _parameters: ArduPilotParameters
+) -> Iterator[Finding | NotEvaluated]:
     values = numbers(a)
     least, most = values.get("TKOFF_RPM_MIN", 0.0), values.get("TKOFF_RPM_MAX", 0.0)
     if least <= 0.0:
@@ -142,9 +145,18 @@ def _takeoff_blocked(a: Assessment, _parameters: ArduPilotParameters) -> Iterato
         yield a.finding(
             TAKEOFF_BLOCKED, f"{asked} and TKOFF_RPM_MAX {most:g}: ArduPilot never takes off"
         )
-    elif ports and not ports & _TELEMETRY_PORTS and not is_told:
+    elif is_told or ports & _TELEMETRY_PORTS:
+        return
+    elif ports:
         message = f"{asked}: without telemetry from the motors ArduPilot never takes off"
         yield a.finding(TAKEOFF_BLOCKED, message)
+    else:
+        yield NotEvaluated(
+            rule=TAKEOFF_BLOCKED,
+            asked_by=f"TKOFF_RPM_MIN of {least:g}",
+            needs="the parameters that say whether motors tell their speeds: SERIALn_PROTOCOL, "
+            "SERVO_BLH_BDMASK",
+        )
 
 
 @judges(TAKEOFF_BLOCKED, needs=(PX4,))

@@ -329,6 +329,15 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
         ),
     ),
     (
+        ALWAYS,
+        "EK3_IMU_MASK is 0, or EK2_IMU_MASK with AHRS_EKF_TYPE 2: the estimate has no sensor to run on",
+        lambda p: any(
+            p.value("AHRS_EKF_TYPE", default=_EKF3) == number
+            and p.value(f"EK{number}_IMU_MASK", default=3) == 0
+            for number in (2, _EKF3)
+        ),
+    ),
+    (
         PARAMETERS,
         "PILOT_SPEED_UP is not above 0",
         lambda p: p.value("PILOT_SPD_UP", "PILOT_SPEED_UP", default=2.5) <= 0.0,
@@ -588,6 +597,8 @@ def refused_by_ardupilot(p: ArduPilotGiven) -> Iterator[tuple[int | None, str]]:
 _OTHER_POSITIONS = ("EKF2_AGP_CTRL", "EKF2_AGP0_CTRL", "EKF2_EV_CTRL")
 _HEADING = 1 << 3
 """Bit of EKF2_GPS_CTRL and EKF2_EV_CTRL: a heading by two antennas, or from outside."""
+_HEIGHT = 1 << 1
+"""Bit of the same: an altitude."""
 _NO_COMPASS = 5
 """EKF2_MAG_TYPE."""
 _LOCAL_ESTIMATOR = 1
@@ -604,16 +615,7 @@ def refused_by_px4(values: Mapping[str, float]) -> Iterator[str]:
         yield "COM_ARMABLE is 0"
     if not values.get("COM_HOME_EN", 1.0):  # nor does it take one (``VEHICLE_CMD_DO_SET_HOME``)
         yield "COM_HOME_EN is 0: it has no home, which heights and returns count from"
-    if not any(values.get(name, 0.0) for name in _OTHER_POSITIONS):
-        if not values.get("SYS_HAS_GPS", 1.0):
-            yield "SYS_HAS_GPS is 0, and nothing else gives a position"
-        elif not int(values.get("EKF2_GPS_CTRL", 7.0)) & 1:
-            yield "EKF2_GPS_CTRL takes no position from satellites, and nothing else gives one"
-    has_compass = values.get("SYS_HAS_MAG", 1.0) and values.get("EKF2_MAG_TYPE") != _NO_COMPASS
-    if not has_compass and not any(
-        int(values.get(name, 0.0)) & _HEADING for name in ("EKF2_GPS_CTRL", "EKF2_EV_CTRL")
-    ):
-        yield "no heading: SYS_HAS_MAG is 0 or EKF2_MAG_TYPE 5, and nothing else gives one"
+    yield from _not_measured_by_px4(values)
     for sensor, name in (("accelerometer", "ACC"), ("gyroscope", "GYRO"), ("compass", "MAG")):
         calibrated = [values.get(f"CAL_{name}{number}_ID") for number in _CALIBRATIONS]
         asked = values.get("SYS_HAS_MAG", 1.0) if name == "MAG" else 1.0
@@ -624,6 +626,25 @@ def refused_by_px4(values: Mapping[str, float]) -> Iterator[str]:
     ):
         yield "EKF2_EN is 0 and LPE_EN not 1: no estimate of its position"
     yield from _bad_px4_channels(values)
+
+
+def _not_measured_by_px4(values: Mapping[str, float]) -> Iterator[str]:
+    """Yield what nothing gives of where the vehicle is: its position, its heading, its height."""
+    if not any(values.get(name, 0.0) for name in _OTHER_POSITIONS):
+        if not values.get("SYS_HAS_GPS", 1.0):
+            yield "SYS_HAS_GPS is 0, and nothing else gives a position"
+        elif not int(values.get("EKF2_GPS_CTRL", 7.0)) & 1:
+            yield "EKF2_GPS_CTRL takes no position from satellites, and nothing else gives one"
+    has_compass = values.get("SYS_HAS_MAG", 1.0) and values.get("EKF2_MAG_TYPE") != _NO_COMPASS
+    if not has_compass and not any(
+        int(values.get(name, 0.0)) & _HEADING for name in ("EKF2_GPS_CTRL", "EKF2_EV_CTRL")
+    ):
+        yield "no heading: SYS_HAS_MAG is 0 or EKF2_MAG_TYPE 5, and nothing else gives one"
+    has_barometer = values.get("EKF2_BARO_CTRL", 1.0) and values.get("SYS_HAS_BARO", 1.0)
+    of_satellites = int(values.get("EKF2_GPS_CTRL", 7.0)) if values.get("SYS_HAS_GPS", 1.0) else 0
+    of_others = of_satellites | int(values.get("EKF2_EV_CTRL", 0.0))
+    if not (has_barometer or of_others & _HEIGHT or values.get("EKF2_RNG_CTRL", 0.0)):
+        yield "no height: by EKF2_BARO_CTRL, EKF2_GPS_CTRL or SYS_HAS_ parameters nothing measures one"
 
 
 def _bad_px4_channels(values: Mapping[str, float]) -> Iterator[str]:

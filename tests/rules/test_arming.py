@@ -181,6 +181,12 @@ def test_rotors_with_flaps_or_tilt_are_told(frame: int, *, is_told: bool) -> Non
         ("MOT_PWM_MIN,0\n", "MOT_PWM_MIN,1\n"),
         ("EK3_ENABLE,0\n", "EK3_ENABLE,0\nAHRS_EKF_TYPE,2\nEK2_ENABLE,1\n"),
         ("AHRS_EKF_TYPE,2\n", "AHRS_EKF_TYPE,2\nEK2_ENABLE,1\n"),
+        # Tried: "EKF attitude is bad", "Need Alt Estimate", never armed.
+        ("EK3_IMU_MASK,0\n", "EK3_IMU_MASK,1\n"),
+        (
+            "AHRS_EKF_TYPE,2\nEK2_ENABLE,1\nEK2_IMU_MASK,0\n",
+            "AHRS_EKF_TYPE,2\nEK2_ENABLE,1\nEK3_IMU_MASK,0\n",
+        ),
         ("FS_THR_VALUE,975\nRC3_MIN,985\n", "FS_THR_VALUE,975\nRC3_MIN,986\n"),
         ("RC3_MIN,900\n", "RC3_MIN,900\nRCMAP_THROTTLE,1\n"),
         ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,9\nRC8_OPTION,10\n"),
@@ -358,6 +364,12 @@ def test_the_floor_is_kept_from_a_version_on(
         ("EKF2_MAG_TYPE,5\nEKF2_GPS_CTRL,7\n", True),
         ("EKF2_MAG_TYPE,5\nEKF2_GPS_CTRL,15\n", False),
         ("SYS_HAS_MAG,0\n", True),
+        # Tried: "Resolve system health failures first".
+        ("EKF2_BARO_CTRL,0\nEKF2_GPS_CTRL,5\n", True),
+        ("EKF2_BARO_CTRL,0\nEKF2_GPS_CTRL,7\n", False),
+        ("EKF2_BARO_CTRL,1\nEKF2_GPS_CTRL,5\n", False),
+        ("EKF2_BARO_CTRL,0\nEKF2_GPS_CTRL,5\nEKF2_RNG_CTRL,2\n", False),
+        ("SYS_HAS_BARO,0\nEKF2_GPS_CTRL,5\n", True),
         ("RC1_TRIM,999\n", True),
         ("RC1_TRIM,1000\n", False),
         ("RC18_MAX,1499\n", True),
