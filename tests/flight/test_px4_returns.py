@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
+from made_missions import item, mission, north, waypoint
+from made_missions import takeoff as takeoff_item
 from made_returns import to_home
 from px4_flights import fly_px4, px4_returns
 
@@ -14,9 +16,11 @@ from planner.flight.motion.kinematics import STATES, Motion
 from planner.flight.motion.px4.moves import moves_of_stages, return_heights_m
 from planner.flight.pilot import make_pilot
 from planner.mission.route.stage import Stage, StageKind
+from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -315,3 +319,14 @@ def test_drag_changes_nothing_of_a_return_that_only_goes_up_and_down(above_m: fl
     )
     assert lagging.segments.duration_s == pytest.approx(rigid.segments.duration_s, abs=1e-9)
     assert lagging.distance_m == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("away_m", [2.0, 5.0])
+def test_a_return_that_passes_right_over_home_as_it_begins_to_land_settles_on_it(
+    away_m: float,
+) -> None:
+    """What is left to home is rounding: no speed over it is its rate (a warning is an error here)."""
+    made = mission(takeoff_item(5.0), waypoint(0.0, 0.0), item(19, north(away_m), 2.0))
+    along = parameters_from_text(b"RTL_TYPE,2\n", source="p.param")
+    result = check(made, load_vehicle("px4-quad-2kg"), parameters=along)
+    assert result.assessment is not None

@@ -44,6 +44,8 @@ is (``Ekf::getHagl``, EKF2_GPS_DELAY; 0.11 s measured). [s]"""
 
 _RESTS_M = 1e-5
 """Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory rests. [m]"""
+_OVER_M = 1e-9
+"""Way left that is the rounding of the place landed on: its law has no rate, but noise. [m]"""
 _BEYOND_M_S = 1e-9
 """Velocity that is none. [m s⁻¹]"""
 _ROUNDED_M_S = 1e-4
@@ -163,7 +165,7 @@ class _Descents:
         off = horizontal(offset)
         allowed = allowed_speed_m_s(off, 0.0, parameters.acceleration_m_s2, parameters.jerk_m_s3)
         allowed = np.minimum(allowed, legs.planned.speed_m_s)
-        rate = quotient(allowed, off, 1.0)
+        rate = quotient(allowed, off, 1.0, above=_OVER_M)
         beyond = legs.velocity_m_s[:, :2] + rate[:, None] * offset
         faster = parameters.acceleration_m_s2 / np.maximum(horizontal(beyond), _BEYOND_M_S)
         passing = -beyond / faster[:, None]
