@@ -41,6 +41,28 @@ def of_heights(heights: npt.NDArray[np.float64], like: TerrainTile) -> TerrainGr
     return TerrainGrid(tiles=(replace(like, heights_amsl_m=heights.astype(np.float32)),))
 
 
+def cut(
+    whole: TerrainGrid, *, row: int = 0, column: int = 0, overlap: int = 0
+) -> list[TerrainTile]:
+    """Return a tile cut before a row, a column or both; the first part has some cells of the next."""
+    tile, tiles = whole.tiles[0], []
+    heights = np.asarray(tile.heights_amsl_m)
+    a, b, west, d, e, north_deg = tile.transform
+    for top, bottom in [(0, row + overlap), (row, ROWS)] if row else [(0, ROWS)]:
+        for left, right in [(0, column + overlap), (column, COLUMNS)] if column else [(0, COLUMNS)]:
+            corner = (a, b, west + a * left, d, e, north_deg + e * top)
+            bounds_deg = (north_deg + e * bottom, corner[2], corner[5], west + a * right)
+            part = replace(
+                tile,
+                source=f"{top}-{left}.tif",
+                heights_amsl_m=heights[top:bottom, left:right],
+                transform=corner,
+                bounds_deg=bounds_deg,
+            )
+            tiles.append(part)
+    return tiles
+
+
 def ground(ridge_m: float, *, at_m: float = 250.0, rows: int = ROWS) -> TerrainGrid:
     """Return a grid from 1 km south of home; the centres of two rows of cells lie on the ridge."""
     heights = np.full((rows, COLUMNS), 400.0, dtype=np.float32)

@@ -16,12 +16,12 @@ from planner.geo.geodesy import distance_m
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from os import PathLike
 
     import numpy.typing as npt
 
-    from planner.arrays import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
 
 
 MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"
@@ -38,6 +38,12 @@ _WINDOW = 512
 """Cells along a side of a window."""
 _MOST_WINDOWS = 64
 _LEAST_WEIGHT = 1e-6
+_ROUNDED = 1e-6
+"""What the rounding of degrees may be of a cell: tiles edge to edge have no gap."""
+_OWN = 0.5 + _ROUNDED
+"""So many cells beyond its outermost centres a tile's own cells end."""
+_CORNERS = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]])[..., None]
+"""Rows and columns of four cells from the first of them."""
 _MOST_NORTH_DEG, _MOST_EAST_DEG = 91.0, 541.0
 """Grids end half a cell beyond a pole, and begin anywhere around the Earth."""
 _LEAST_CELL_M = 1e-3
@@ -111,38 +117,37 @@ class TerrainTile(Value, eq=False):
     """The shorter side of the cell in the middle. [m]"""
 
     def height_amsl_m(
-        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike, *, ridged: bool = False
+        self,
+        latitude_deg: npt.ArrayLike,
+        longitude_deg: npt.ArrayLike,
+        *,
+        ridged: bool = False,
+        beyond: float = 0.5,
     ) -> FloatArray:
         """Return the bilinearly interpolated height; NaN where the tile does not know it. [m]
 
-        Within half a cell of the tile's edge it is that of the outermost cells.  Of four cells of which two
-        across from each other are high, a grid does not tell whether a ridge joins them: ``ridged`` it does,
-        and the ground is the higher of the two pairs of triangles through their centres.
+        Within half a cell of the tile's edge, or so many cells ``beyond`` the outermost centres, it is that
+        of the outermost cells.  Of four cells of which two across from each other are high, a grid does not
+        tell whether a ridge joins them: ``ridged`` it does, and the ground is the higher of the two pairs of
+        triangles through their centres.
         """
         row, column = self.row_column(latitude_deg, longitude_deg)
         rows, columns = self.heights_amsl_m.shape
-        known = (row >= -0.5) & (row <= rows - 0.5) & (column >= -0.5) & (column <= columns - 0.5)
+        known = self.reaches(row, column, beyond)
         row = np.clip(np.where(known, row, 0.0), 0.0, rows - 1.0)
         column = np.clip(np.where(known, column, 0.0), 0.0, columns - 1.0)
         top, left = np.floor(row).astype(np.intp), np.floor(column).astype(np.intp)
-        down, right = row - top, column - left
-        height, crest = np.where(known, 0.0, np.nan), np.zeros(known.shape)
-        for i, j, weight, side in (
-            (top, left, (1.0 - down) * (1.0 - right), 1.0),
-            (top, np.minimum(left + 1, columns - 1), (1.0 - down) * right, -1.0),
-            (np.minimum(top + 1, rows - 1), left, down * (1.0 - right), -1.0),
-            (np.minimum(top + 1, rows - 1), np.minimum(left + 1, columns - 1), down * right, 1.0),
-        ):
-            # A cell of no weight must not spread its NaN; less is the rounding of degrees.
-            counts, cell_m = weight > _LEAST_WEIGHT, self.heights_amsl_m[i, j]
-            height += np.where(counts, weight * cell_m, 0.0)
-            crest += side * cell_m
-        if not ridged:
-            return height
-        # Bilinear, the middle is a quarter of this below the pair across that is the higher.
-        across = np.where(crest > 0.0, down, 1.0 - down)
-        lift = np.minimum(right, across) * (1.0 - np.maximum(right, across))
-        return np.where(lift > 0.0, height + np.abs(crest) * lift, height)
+        below, beside = np.minimum(top + 1, rows - 1), np.minimum(left + 1, columns - 1)
+        grid = self.heights_amsl_m
+        cells_m = (grid[top, left], grid[top, beside], grid[below, left], grid[below, beside])
+        return np.where(known, _between(cells_m, row - top, column - left, ridged=ridged), np.nan)
+
+    def reaches(self, row: FloatArray, column: FloatArray, beyond: float) -> BoolArray:
+        """Return whether places, in cells, are no more cells than that beyond the outermost centres."""
+        rows, columns = self.heights_amsl_m.shape
+        in_rows: BoolArray = (row >= -beyond) & (row <= rows - 1.0 + beyond)
+        in_columns: BoolArray = (column >= -beyond) & (column <= columns - 1.0 + beyond)
+        return in_rows & in_columns
 
     def row_column(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
@@ -172,7 +177,13 @@ class TerrainTile(Value, eq=False):
         grid = self.heights_amsl_m
         around = grid[tuple(window)] if isinstance(grid, np.ndarray) else grid.part(*window)
         rows, columns = np.nonzero(around > height_amsl_m)
-        down, right = rows + window[0].start + 0.5, columns + window[1].start + 0.5
+        return self.latitude_longitude_deg(rows + window[0].start, columns + window[1].start)
+
+    def latitude_longitude_deg(
+        self, row: npt.NDArray[Any], column: npt.NDArray[Any]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return where places in cells are. (k,), (k,) [°]"""
+        down, right = row + 0.5, column + 0.5
         a, b, c, d, e, f = self.transform
         x, y = a * right + b * down + c, d * right + e * down + f
         if self.projection_wkt is None or not len(x):
@@ -244,7 +255,8 @@ class TerrainGrid(Value):
     """Ground heights above mean sea level from one tile or several."""
 
     tiles: tuple[TerrainTile, ...]
-    """Where tiles overlap the first that has the height counts; `others` are those that differ from it."""
+    """Where tiles overlap the first that has the height between centres of its cells counts; `others` are
+    those that differ from it."""
 
     @property
     def cell_m(self) -> float:
@@ -262,16 +274,68 @@ class TerrainGrid(Value):
         latitude, longitude = np.broadcast_arrays(
             np.asarray(latitude_deg, np.float64), np.asarray(longitude_deg, np.float64)
         )
+        if len(self.tiles) == 1:
+            height = self.tiles[0].height_amsl_m(latitude, longitude, ridged=ridged)
+        else:
+            height = self._first_m(latitude, longitude, ridged=ridged, beyond=_ROUNDED)
+            missing = np.isnan(height)
+            if missing.any():
+                height[missing] = self._at_edges_m(
+                    latitude[missing], longitude[missing], ridged=ridged
+                )
+        masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
+        return masked
+
+    def _first_m(
+        self, latitude: FloatArray, longitude: FloatArray, *, ridged: bool = False, beyond: float
+    ) -> FloatArray:
+        """Return heights of the first tile that knows them, so many cells beyond its outermost centres."""
         height = np.full(latitude.shape, np.nan)
         for tile in self.tiles:
             missing = np.isnan(height)
             if not missing.any():
                 break
             height[missing] = tile.height_amsl_m(
-                latitude[missing], longitude[missing], ridged=ridged
+                latitude[missing], longitude[missing], ridged=ridged, beyond=beyond
             )
-        masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
-        return masked
+        return height
+
+    def _at_edges_m(
+        self, latitude: FloatArray, longitude: FloatArray, *, ridged: bool
+    ) -> FloatArray:
+        """Return heights of places that are between the centres of no tile. (n,) [m]
+
+        A tile goes on there to the cell beyond its last as the others know it: tiles cut from one have the
+        ground of the one.  Of several that reach a place the highest ground counts.
+        """
+        height, known = np.full(latitude.shape, np.nan), np.zeros(latitude.shape, bool)
+        for tile in self.tiles:
+            row, column = tile.row_column(latitude, longitude)
+            own = tile.reaches(row, column, _OWN)
+            known |= own
+            # What it does not know between its own centres is a hole.
+            near = tile.reaches(row, column, 1.0) & ~tile.reaches(row, column, _ROUNDED)
+            place = np.array([row[near], column[near]])
+            first = np.floor(place)
+            down, right = place - first
+            cells_m, has = self._cells(tile, _CORNERS + first[:, None])
+            counts = own[near] | has.all(axis=0)
+            # A cell of no tile is as that above or below, else beside; a hole of a tile stays one.
+            for other in ([2, 3, 0, 1], [1, 0, 3, 2]):
+                cells_m = np.where(has, cells_m, cells_m[other])
+                has |= has[other]
+            found = np.where(counts, _between(cells_m, down, right, ridged=ridged), np.nan)
+            height[near] = np.fmax(height[near], found)
+        return np.where(known, height, np.nan)
+
+    def _cells(self, tile: TerrainTile, cells: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return heights at cells of a tile and beyond, (2, 4, k), and whether any tile has a cell there."""
+        where = tile.latitude_longitude_deg(*cells.reshape(2, -1))
+        height = self._first_m(*where, beyond=_ROUNDED)
+        missing = np.isnan(height)
+        height[missing] = self._first_m(*(axis[missing] for axis in where), beyond=_OWN)
+        has = [one.reaches(*one.row_column(*where), _OWN) for one in self.tiles]
+        return height.reshape(4, -1), np.any(has, axis=0).reshape(4, -1)
 
     def lowest_amsl_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> float:
         """Return the lowest height that is known at 129 places each way of a box, by its corners. [m]
@@ -374,6 +438,33 @@ class TerrainGrid(Value):
         return GroundProfile(
             line=line, start=start, end=end, ground_amsl_m=heights.filled(np.nan) @ _TO_ENDS
         )
+
+
+def _between(
+    cells_m: Sequence[npt.NDArray[Any]] | FloatArray,
+    down: FloatArray,
+    right: FloatArray,
+    *,
+    ridged: bool,
+) -> FloatArray:
+    """Return heights between four cells: two above, from the left, and two below. [m]"""
+    height, crest = np.zeros(down.shape), np.zeros(down.shape)
+    weights = (
+        (1.0 - down) * (1.0 - right),
+        (1.0 - down) * right,
+        down * (1.0 - right),
+        down * right,
+    )
+    for cell_m, weight, side in zip(cells_m, weights, (1.0, -1.0, -1.0, 1.0), strict=True):
+        # A cell of no weight must not spread its NaN; less is the rounding of degrees.
+        height += np.where(weight > _LEAST_WEIGHT, weight * cell_m, 0.0)
+        crest += side * cell_m
+    if not ridged:
+        return height
+    # Bilinear, the middle is a quarter of this below the pair across that is the higher.
+    across = np.where(crest > 0.0, down, 1.0 - down)
+    lift = np.minimum(right, across) * (1.0 - np.maximum(right, across))
+    return np.where(lift > 0.0, height + np.abs(crest) * lift, height)
 
 
 def _most_apart(

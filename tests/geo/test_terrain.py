@@ -16,6 +16,8 @@ from planner.geo.terrain import TerrainGrid, TerrainTile, WindowedHeights, read_
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from planner.arrays import FloatArray
+
 NODATA = -9999.0
 
 
@@ -149,15 +151,130 @@ def test_an_srtm_file_reaches_over_its_whole_degree(tmp_path: Path) -> None:
     assert grid.tiles[0].cell_m == pytest.approx(92.1, abs=0.8)
 
 
-def test_tiles_side_by_side_leave_no_gap(tmp_path: Path) -> None:
+@pytest.mark.parametrize("order", [1, -1])
+def test_between_tiles_side_by_side_the_ground_is_that_between_their_last_cells(
+    tmp_path: Path, order: int
+) -> None:
     west = write_tiff(tmp_path / "west.tif", np.full((4, 4), 100.0), west=8.0)
     east = write_tiff(tmp_path / "east.tif", np.full((4, 4), 200.0), west=8.4)
-    grid = read_terrain(west, east)
+    grid = read_terrain(*[west, east][::order])
     longitude = np.linspace(8.0, 8.8, 401)[1:-1]
-    found = grid.height_amsl_m(46.8, longitude)
-    assert not np.ma.getmaskarray(found).any()
-    assert found[longitude < 8.399].max() == pytest.approx(100.0)
-    assert found[longitude > 8.401].min() == pytest.approx(200.0)
+    # Their last centres are 8.35 and 8.45: 1 m of height in 0.001°.
+    expected = np.clip(100.0 + (longitude - 8.35) * 1000.0, 100.0, 200.0)
+    for latitude in (46.8, 46.62):  # 0.02° from the southern edge both go on as their last row
+        found = grid.height_amsl_m(latitude, longitude).filled(np.nan)
+        np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+def pieces(
+    folder: Path,
+    heights: np.ndarray[Any, np.dtype[np.float64]],
+    cuts: tuple[int | None, int | None],
+    overlap: int,
+    **place: Any,  # noqa: ANN401 - options of `write_tiff`
+) -> list[TerrainTile]:
+    """Return a grid cut before a row, a column or both; the first part has some cells of the next."""
+    north, west, cell = place["north"], place["west"], place["cell"]
+    spans = [
+        [(0, size)] if cut is None else [(0, cut + overlap), (cut, size)]
+        for cut, size in zip(cuts, heights.shape, strict=True)
+    ]
+    paths = [
+        write_tiff(
+            folder / f"{top}-{left}-{overlap}.tif",
+            heights[top:bottom, left:right],
+            **{**place, "north": north - top * cell, "west": west + left * cell},
+        )
+        for top, bottom in spans[0]
+        for left, right in spans[1]
+    ]
+    return list(read_terrain(*paths).tiles)
+
+
+GEOGRAPHIC = {"west": 8.0 - 0.5 / 3600, "north": 47.0 + 0.5 / 3600, "cell": 1 / 3600}
+PROJECTED = {"west": 500_010.0, "north": 5_205_000.0, "cell": 30.0, "crs": "EPSG:32632"}
+
+
+@pytest.mark.parametrize("place", [GEOGRAPHIC, PROJECTED], ids=["WGS 84", "UTM"])
+@pytest.mark.parametrize("overlap", [0, 1, 2])
+@pytest.mark.parametrize("cuts", [(None, 7), (5, None), (5, 7), (11, 15), (1, 1)])
+def test_a_grid_cut_into_files_is_the_grid(
+    tmp_path: Path, cuts: tuple[int | None, int | None], overlap: int, place: dict[str, Any]
+) -> None:
+    """In every order, with holes beside the cut and elsewhere, up to half a cell beyond the last centres."""
+    random = np.random.default_rng(3)
+    heights = random.uniform(400.0, 500.0, (12, 16))
+    heights[[1, 5, 4, 9], [7, 2, 6, 12]] = NODATA
+    whole = read_terrain(write_tiff(tmp_path / "whole.tif", heights, **place))
+    tiles = pieces(tmp_path, heights, cuts, overlap, **place)
+    south, west, north, east = whole.tiles[0].bounds_deg
+    places = random.uniform(south, north, 2000), random.uniform(west, east, 2000)
+    beyond = random.uniform(south - 2e-4, north + 2e-4, 500), np.full(500, east + 1e-5)
+    lines = random.uniform(south, north, (20, 2)), random.uniform(west, east, (20, 2))
+    for order in (tiles, tiles[::-1], tiles[1:] + tiles[:1], tiles[2:] + tiles[:2]):
+        grid = TerrainGrid(tiles=tuple(order))
+        for asked, ridged in ((places, False), (places, True), (beyond, True)):
+            np.testing.assert_allclose(
+                grid.height_amsl_m(*asked, ridged=ridged).filled(np.nan),
+                whole.height_amsl_m(*asked, ridged=ridged).filled(np.nan),
+                atol=2e-3,  # what a cell of a weight of 1e-6 adds
+            )
+        np.testing.assert_allclose(along(grid, *lines), along(whole, *lines), atol=2e-3)
+
+
+def along(grid: TerrainGrid, latitude: FloatArray, longitude: FloatArray) -> FloatArray:
+    """Return the ground under lines at 500 places of each."""
+    under, t = grid.under(latitude, longitude), (np.arange(500) + 0.5) / 500
+    found = []
+    for line in range(len(latitude)):
+        own = under.line == line
+        part = np.flatnonzero(own)[np.searchsorted(under.start[own], t, side="right") - 1]
+        way = (t - under.start[part]) / (under.end[part] - under.start[part])
+        first, last = under.ground_amsl_m[part].T
+        found.append(first + way * (last - first))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("gap_deg", "is_known"), [(0.0, True), (1e-8, True), (1e-6, False), (0.03, False)]
+)
+@pytest.mark.parametrize("order", [1, -1])
+def test_only_a_gap_of_rounding_between_files_is_none(
+    tmp_path: Path, gap_deg: float, order: int, *, is_known: bool
+) -> None:
+    """1e-8° are a ten-millionth of a cell here: degrees of files edge to edge are apart by less."""
+    west = write_tiff(tmp_path / "west.tif", np.full((4, 4), 100.0), west=8.0)
+    east = write_tiff(tmp_path / "east.tif", np.full((4, 4), 100.0), west=8.4 + gap_deg)
+    grid = read_terrain(*[west, east][::order])
+    under = grid.under(np.array([[46.8, 46.82]]), np.array([[8.3, 8.5]]))
+    assert bool(np.isfinite(under.ground_amsl_m).all()) is is_known
+    assert (height(grid, 46.8, 8.4 + 0.5 * gap_deg) is not None) is is_known
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_beside_a_file_of_other_cells_the_higher_of_both_counts(tmp_path: Path, order: int) -> None:
+    """Cells of 0.2° with centres at 8.3° E end at 8.4° E; one of 0.1° beside them, at 8.45° E, is a peak."""
+    fine = np.full((8, 4), 100.0)
+    fine[3, 0] = 300.0  # 46.65 N, between rows of the coarse file at 46.7 and 46.5
+    west = write_tiff(tmp_path / "west.tif", np.full((4, 2), 100.0), west=8.0, cell=0.2)
+    east = write_tiff(tmp_path / "east.tif", fine, west=8.4)
+    grid = read_terrain(*[west, east][::order])
+    # From 100 m a fine cell before it: the way to 8.45 from 8.35 is 0.1°.
+    assert height(grid, 46.65, 8.45) == pytest.approx(300.0, abs=1e-3)
+    assert height(grid, 46.65, 8.41) == pytest.approx(220.0, abs=1e-3)
+    assert height(grid, 46.65, 8.39) == pytest.approx(180.0, abs=1e-3)
+    # Between centres of a file that file counts.
+    assert height(grid, 46.65, 8.299) == pytest.approx(100.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_file_ends_at_its_last_centres_where_another_goes_on(tmp_path: Path, order: int) -> None:
+    small = write_tiff(tmp_path / "small.tif", np.full((2, 2), 100.0))
+    wide = write_tiff(tmp_path / "wide.tif", np.full((6, 6), 150.0), west=7.8, north=47.2)
+    grid = read_terrain(*[small, wide][::order])
+    # The small one's centres are 8.05 and 8.15.
+    assert height(grid, 46.9, 8.051) == pytest.approx(100.0 if order == 1 else 150.0)
+    assert height(grid, 46.9, 8.049) == pytest.approx(150.0)
 
 
 def test_the_first_tile_that_knows_the_height_tells_it(tmp_path: Path) -> None:

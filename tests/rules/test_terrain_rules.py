@@ -26,7 +26,7 @@ from made_missions import (
     takeoff,
     waypoint,
 )
-from made_terrain import CELL_M, COLUMNS, ROWS, ground, hill, of_heights, pole, slope
+from made_terrain import CELL_M, COLUMNS, ROWS, cut, ground, hill, of_heights, pole, slope
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -1083,23 +1083,73 @@ def test_a_flight_is_judged_by_each_of_two_grids_whichever_is_named_first(ridge_
 
 def test_tiles_that_only_share_an_edge_are_no_second_ground() -> None:
     """Of a steep slope in two files: each repeats its last cells for half a cell, the other goes on."""
-    whole = slope(10.0).tiles[0]
-    heights = np.asarray(whole.heights_amsl_m)
-    cut = 280  # the row both have, 200 m north of home
-    a, b, west, d, e, top = whole.transform
-    middle = top + e * cut
-    northern = replace(
-        whole, heights_amsl_m=heights[: cut + 1], bounds_deg=(middle + e, west, top, west + 1.0)
+    whole = slope(10.0)
+    grid = TerrainGrid(tiles=tuple(cut(whole, row=280, overlap=1)))  # 200 m north of home
+    bounds_deg = whole.tiles[0].bounds_deg
+    assert grid.others(np.array(bounds_deg[::2]), np.array(bounds_deg[1::2])) == ()
+
+
+SEAM_ROW = ROWS - 130  # its centre is 290 m north of home
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("overlap", [0, 1])
+@pytest.mark.parametrize(("wall_m", "fires"), [(57.0, False), (57.3, True)])
+def test_a_wall_in_one_of_two_files_is_as_wide_as_in_one_file(
+    wall_m: float, overlap: int, order: int, *, fires: bool
+) -> None:
+    """A leg in the southern file, 9 m from the centres of the wall: 2.5 m nearer it is 0.35 as high, 20 m."""
+    heights = np.full((ROWS, COLUMNS), 400.0)
+    heights[SEAM_ROW - 1] += wall_m
+    whole = of_heights(heights, ground(0.0).tiles[0])
+    waits = (3.0, 0.0, 0.0, None)  # a turn in motion is wide
+    beside = (
+        item(16, north(291.0), 20.0, params=waits, longitude_deg=HOME.longitude_deg + east_deg)
+        for east_deg in (-1e-3, 1e-3)
     )
-    southern = replace(
-        whole,
-        heights_amsl_m=heights[cut:],
-        transform=(a, b, west, d, e, middle),
-        bounds_deg=(whole.bounds_deg[0], west, middle, west + 1.0),
-    )
-    grid = TerrainGrid(tiles=(northern, southern))
-    box = np.array([whole.bounds_deg[::2], whole.bounds_deg[1::2]])
-    assert grid.others(*box) == ()
+    made = mission(takeoff(20), *beside, rtl())
+    tiles = cut(whole, row=SEAM_ROW, overlap=overlap)[::order]
+    for grid in (whole, TerrainGrid(tiles=tuple(tiles))):
+        assert bool(of("A102", findings(made, grid, Autopilot.ARDUPILOT))) is fires
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("overlap", [0, 1])
+@pytest.mark.parametrize(
+    "place", [{"row": SEAM_ROW}, {"column": 20}, {"row": SEAM_ROW, "column": 20}]
+)
+@pytest.mark.parametrize(("height_m", "fires"), [(49.8, True), (50.2, False)])
+def test_a_wall_along_a_diagonal_from_file_to_file_is_as_high_between_its_cells(
+    height_m: float, place: dict[str, int], overlap: int, order: int, *, fires: bool
+) -> None:
+    """Its cells touch right where the files do, and the flight passes there, 285 m north of home."""
+    heights = np.full((ROWS, COLUMNS), 400.0)
+    wall = np.arange(COLUMNS)
+    heights[SEAM_ROW - 20 + wall, wall] += 50.0
+    whole = of_heights(heights, ground(0.0).tiles[0])
+    made = mission(takeoff(height_m), waypoint(700, height_m), item(21, north(700), 0.0))
+    tiles = cut(whole, overlap=overlap, **place)[::order]
+    assert bool(of("A102", findings(made, TerrainGrid(tiles=tuple(tiles))))) is fires
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("overlap", [0, 1])
+def test_a_flight_over_ground_in_four_files_is_judged_as_over_that_in_one(
+    overlap: int, order: int, autopilot: Autopilot
+) -> None:
+    """Rugged ground, and a way along both of the cuts."""
+    whole = rugged(8)
+    tiles = cut(whole, row=SEAM_ROW, column=20, overlap=overlap)[::order]
+    places = ((2.0, 150.0), (-1.0, 287.0), (-90.0, 284.0), (90.0, 292.0), (1.0, 700.0))
+    made = mission(takeoff(40), *(at(*place, 12.0) for place in places), rtl())
+    said = []
+    for grid in (whole, TerrainGrid(tiles=tuple(tiles))):
+        found = findings(made, grid, autopilot, clearance_m=5.0)
+        errors = [one for one in found if one.severity is Severity.ERROR]
+        said.append([(one.code, one.item, one.message) for one in errors])
+    assert said[0] == said[1]
+    assert any(code == "A102" for code, *_ in said[0])
 
 
 @pytest.mark.parametrize(
