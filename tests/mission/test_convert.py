@@ -160,7 +160,7 @@ def test_a_mission_that_no_plan_can_hold_is_not_written() -> None:
 
 
 @given(content=plans())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_no_plan_reads_back_differently_from_text(content: dict[str, Any]) -> None:
     mission = plan(json.dumps(content))
     there = convert_mission(mission, MissionFormat.WPL)
@@ -361,7 +361,7 @@ def items() -> st.SearchStrategy[list[MissionItem]]:
 
 @pytest.mark.parametrize("autopilot", VEHICLES)
 @given(body=items(), at=st.sampled_from([2.5, 6.0, 9.0]), away=st.booleans(), lands=st.booleans())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_the_saved_mission_flies_what_the_override_flies(
     autopilot: Autopilot | None, body: list[MissionItem], at: float, *, away: bool, lands: bool
 ) -> None:

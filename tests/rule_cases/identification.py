@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from dataflash_writer import copter_log
 from made_record import record_of
-from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
+from rule_cases.case import ARDUPILOT, STEP, RuleCases, vehicle_of
 from rule_cases.flight_log import records_of
-from simulated_experiment import fly_horizontally, fly_vertically
+from simulated_experiment import fly_horizontally
 
 from planner.identify.assembly import IdentificationSettings, Method, _reported
 from planner.identify.battery import PackSettings
@@ -44,13 +44,9 @@ def copter() -> FlightRecord:
     return record
 
 
-def article() -> tuple[FlightRecord, FlightRecord]:
-    """Return the article's two experiments."""
-    noise = np.random.default_rng(1)
-    return (
-        record_of(fly_vertically(noise), is_vertical=True),
-        record_of(fly_horizontally(noise), is_vertical=False),
-    )
+def article() -> FlightRecord:
+    """Return the article's level experiment."""
+    return record_of(fly_horizontally(np.random.default_rng(1)), is_vertical=False)
 
 
 def of_its_cells() -> VehicleModel:
@@ -134,7 +130,7 @@ def again(**changes: Any) -> FlightRecord:  # noqa: ANN401 - whatever a record h
 
 CASES: Mapping[str, RuleCases] = {
     "I101": RuleCases(
-        fires=lambda: reported(*article()),
+        fires=lambda: reported(article(), base=vehicle_of(STEP)),
         boundary=lambda: reported(copter()),  # asked for, and nothing can be fitted
         silent=lambda: reported(copter(), method=Method.OUTPUT_ERROR),
     ),
