@@ -276,8 +276,8 @@ def test_every_command_is_flown_told_refused_or_without_motion_by_the_source(
             told = [finding for finding in route.findings if finding.item == 3]
             has_effect = (
                 # A region of interest only turns PX4, which tests/rules/test_needed_heading.py asks for.
-                [replace(stage, yaw_deg=None) for stage in route.stages]
-                != [replace(stage, yaw_deg=None) for stage in plain.stages]
+                [replace(stage, yaw_deg=None, looks_m=None) for stage in route.stages]
+                != [replace(stage, yaw_deg=None, looks_m=None) for stage in plain.stages]
                 or len(route.reached) > len(plain.reached)
                 or route.fence_switches != plain.fence_switches
             )

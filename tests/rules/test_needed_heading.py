@@ -48,6 +48,16 @@ def test_px4_looks_at_a_region_of_interest_from_where_it_leads() -> None:
     assert headings(south, AHEAD, further, dialect=ARDUPILOT) == [None, None, None]
 
 
+def test_a_stage_knows_where_the_region_of_interest_is() -> None:
+    route = make_route(
+        mission(takeoff(15), EAST, waypoint(-30, 15), NONE, waypoint(-60, 15)), dialect=PX4
+    )
+    off_m = [one.looks_m for one in route.stages]
+    assert off_m[::2] == [None, None]
+    # 0.001° of longitude at 47°, where 1° is 76.06 km.
+    assert off_m[1] == pytest.approx((76.06, 0.0), abs=0.3)
+
+
 def test_px4_takes_the_place_of_one_command_alone() -> None:
     """Flown: DO_SET_ROI with a place looks at 0°, 0°, from 8° east to the south and a little west."""
     region = item(201, north(60), 0.0, params=(3.0, 0.0, 0.0, 0.0))

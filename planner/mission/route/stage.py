@@ -79,6 +79,9 @@ class Stage(Value, kw_only=False, gc=False):
     """Heading to take at the place, clockwise from north; ``None``: free. [°]"""
     needs_heading: bool = False
     """Whether PX4 gives the mission up where it does not take it in time."""
+    looks_m: tuple[float, float] | None = None
+    """East and north from the place, where the region of interest is that PX4 looks at on the way there;
+    ``None``: there is none. [m]"""
     turns: float = 0.0
     """Turns of a circle. [-]"""
     radius_m: float = 0.0

@@ -234,25 +234,30 @@ class MissionState(Position, kw_only=True, eq=False):
                 kind,
                 hold_s=hold_s,
                 acceptance_radius_m=acceptance_radius_m,
-                yaw_deg=item.param4 if self.looks_at_deg is None else self._looks_deg(),
                 needs_heading=self._needs_heading(item),
+                **self._looks(item),
                 followed_ground_m=ground_m,
                 is_here=not item.names_place,
                 follows_ground=bool(ground_m),
             )
         )
 
-    def _looks_deg(self) -> float | None:
-        """Return the heading from here to the region of interest; ``None`` where that is too near. [°]
+    def _looks(self, item: MissionItem) -> dict[str, Any]:
+        """Return where a stage that ends here looks: as its item asks, or at the region of interest.
 
-        ``MissionBase::heading_sp_update`` writes it into the item, which is reached with that heading.
-        Nearer it keeps the one it came with.
+        ``MissionBase::heading_sp_update`` writes the heading to that into the item, which is reached with
+        it.  Nearer it keeps the one it came with.
         """
-        assert self.looks_at_deg is not None
+        if self.looks_at_deg is None:
+            return {"yaw_deg": item.param4}
         way_m, looks_deg = distance_m_and_azimuth_deg(
             self.latitude_deg, self.longitude_deg, *self.looks_at_deg
         )
-        return float(looks_deg) if way_m > self.habits.looks_from_m else None
+        looks_rad = math.radians(looks_deg)
+        return {
+            "yaw_deg": float(looks_deg) if way_m > self.habits.looks_from_m else None,
+            "looks_m": (float(way_m * math.sin(looks_rad)), float(way_m * math.cos(looks_rad))),
+        }
 
     def _needs_heading(self, item: MissionItem) -> bool:
         """Return whether PX4 gives the mission up where it does not look there in time (force_heading)."""

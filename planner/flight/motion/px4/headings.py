@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import horizontal, quotient
 from planner.flight.motion.px4.braking import braking_time_s, yaw_time_s
+from planner.flight.motion.px4.looking import Courses, looking_waits_s
 from planner.flight.motion.px4.moves import directions
 
 if TYPE_CHECKING:
@@ -114,6 +115,12 @@ def _waits_s(
     turns_on = np.append(False, still[:-1]) & ~moves.is_first
     needed = np.where(turns_on, _turned_on_s(before, moves.yaw_rad, parameters), needed)
     waits = np.where(flown, np.maximum(needed - left_s, 0.0), 0.0)
+    if moves.looks.any() and parameters.yaw_mode != _TURNS_FIRST:
+        sides = _ANY_TURN_RAD * np.where(np.arange(len(_ANY_TURN_RAD)) % 2, -1.0, 1.0)[:, None]
+        begun = np.where(np.isfinite(before), before, np.nan_to_num(moves.yaw_rad) + sides)
+        courses = Courses(legs, np.maximum(left_s, legs.turn_s))
+        looking = looking_waits_s(moves, courses, begun, flown)
+        waits = np.where(moves.looks & ~moves.is_first, looking, waits)
     return waits, np.where(landed, needed, 0.0)
 
 

@@ -85,6 +85,23 @@ def final_speeds_m_s(moves: Moves, direction: FloatArray) -> tuple[FloatArray, F
     )
 
 
+def _back_m_s(moves: Moves, direction: FloatArray, swings: BoolArray) -> FloatArray:
+    """Return the horizontal speeds at which targets are to be passed from beyond, back and then on. (n,)"""
+    back_m_s = np.zeros(len(swings))
+    rows = np.flatnonzero(swings)
+    if len(rows):
+        p, way = moves.parameters, (moves.target_m[rows + 1] - moves.target_m[rows])[:, :2]
+        corner = corner_speed_m_s(
+            _cosine(-direction[rows, :2], way),
+            moves.radius_m[rows],
+            gain_per_s=p.trajectory_gain_per_s,
+            acceleration_m_s2=p.acceleration_m_s2,
+        )
+        leaving = allowed_speed_m_s(horizontal(way), 0.0, p.acceleration_m_s2, p.jerk_m_s3)
+        back_m_s[rows] = np.minimum(np.minimum(corner, leaving), moves.speed_m_s[rows])
+    return back_m_s
+
+
 def _cosine(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the cosines of angles between vectors, zero where one has no length. (n,)"""
     return quotient(dot(one, other), lengths(one) * lengths(other))
@@ -115,6 +132,8 @@ def _vertical_corner_speeds_m_s(
 
 LEAST_REACH = 0.25
 """Of the distance at which a place counts as reached, what is left of it by a lag. [-]"""
+_SWINGS_S = 0.5
+"""Wait over a waypoint that is to be passed, after which it swings past it. [s]"""
 _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
@@ -149,6 +168,12 @@ class PlannedLegs(Columns, eq=False):
     circles: BoolArray
     leaves_circle: BoolArray
     """Follows one that circles; a return begins anew."""
+    swings: BoolArray
+    """Ends in a wait for the heading to a region of interest at a waypoint that is passed, not stopped at."""
+    back_m_s: FloatArray
+    """Horizontal speed at its target when that is behind. (n,) [m s⁻¹]"""
+    leaves_swing: BoolArray
+    """Follows one that does."""
     is_from_ground: BoolArray
     """Of a flight from the ground at home, not of a return."""
     takeoffs: Takeoffs
@@ -179,6 +204,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
     is_afar = moves.circles & (horizontal(moves.target_m - begins) > afar_m)
     is_wait = reached & ((moves.hold_s > 0.0) | is_afar)
     final_level, final_upright = final_speeds_m_s(moves, direction)
+    swings = moves.looks & is_leg & (moves.hold_s > _SWINGS_S) & (final_level > 0.0)
     return PlannedLegs(
         parameters=moves.parameters,
         target_m=moves.target_m,
@@ -198,6 +224,9 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         is_wait=is_wait,
         circles=moves.circles,
         leaves_circle=np.roll(moves.circles, 1) & ~moves.is_first & ~moves.is_return,
+        swings=swings,
+        back_m_s=_back_m_s(moves, direction, swings),
+        leaves_swing=np.append(False, swings[:-1]) & ~moves.is_first & is_leg,
         is_from_ground=(moves.start_m == 0.0).all(axis=1),
         takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, moves.parameters),
     )
@@ -311,6 +340,10 @@ class Px4Legs(LegStarts, eq=False):
     """As the next move begins."""
 
 
+_LOOKING_ROUNDS = 4
+"""Rounds of flights that wait to look at a region of interest: they see it from where they wait."""
+
+
 def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     """Return how moves, at least one, are flown, some or all with their waits for headings.
 
@@ -320,7 +353,7 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     """
     legs = _fly_moves(moves)
     flight = np.cumsum(moves.is_first)
-    for _ in range(2):
+    for _ in range(_LOOKING_ROUNDS if moves.looks.any() else 2):
         hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
         again = np.isin(flight, flight[hold_s != legs.planned.hold_s])
         if not again.any():

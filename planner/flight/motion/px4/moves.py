@@ -172,6 +172,9 @@ HOME_YAW = math.inf
 """The heading of home, which is that at arming."""
 
 
+_NOWHERE_M = (math.nan, math.nan)
+
+
 class Move(NamedTuple):
     """One flight to one place."""
 
@@ -203,10 +206,12 @@ class Move(NamedTuple):
     """Waits for its heading whatever MIS_YAW_TMT is."""
     circles: bool = False
     """Changes its height within the radius of a LOITER_TO_ALT."""
+    looks_m: tuple[float, float] = _NOWHERE_M
+    """East and north from the target, where the region of interest is; NaN: there is none. [m]"""
 
 
 _AT_HOME_M = 1e-9
-_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *8 * (np.bool_,))
+_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *8 * (np.bool_,), np.float64)
 
 
 class Moves(Columns, eq=False):
@@ -232,6 +237,8 @@ class Moves(Columns, eq=False):
     is_return: BoolArray
     needs_heading: BoolArray
     circles: BoolArray
+    looks_m: FloatArray
+    """(n, 2) [m]"""
     is_first: BoolArray
     """Begins a flight of its own."""
     start_m: FloatArray
@@ -242,6 +249,11 @@ class Moves(Columns, eq=False):
     """By which a take-off is late. [s]"""
     past_m: FloatArray
     """How far past the height of its trajectory a vehicle is that arrives. [m]"""
+
+    @property
+    def looks(self) -> BoolArray:
+        """Which look at a region of interest on their way. (n,)"""
+        return np.isfinite(self.looks_m[:, 0]) & ~self.is_landing & ~self.is_takeoff
 
     def beginnings_m(self) -> FloatArray:
         """Return where each is meant to begin: at the target of the one before. (n, 3) [m]"""
@@ -322,6 +334,7 @@ def return_moves(
         is_return=~false,
         needs_heading=false,
         circles=false,
+        looks_m=np.full((len(flight), 2), np.nan),
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
         start_yaw_rad=np.full(len(flight), np.nan),
@@ -601,7 +614,7 @@ class _Navigator:
         radius = self.parameters.acceptance_radius_m
         if given is not None and given >= _SMALLEST_RADIUS_M:
             radius = given
-        return self._move(
+        move = self._move(
             index,
             stage.item,
             hold_s=stage.hold_s if hold_s is None else hold_s,
@@ -611,6 +624,7 @@ class _Navigator:
             yaw_rad=math.nan if yaw is None else math.radians(yaw),
             needs_heading=stage.needs_heading,
         )
+        return move if stage.looks_m is None else move._replace(looks_m=stage.looks_m)
 
     @property
     def _return_parameters(self) -> Px4Parameters:
@@ -647,5 +661,6 @@ class _Navigator:
             hold_s=hold_s,
             yaw_rad=yaw_rad,
             is_stop=is_stop,
+            looks_m=_NOWHERE_M,
             **flags,
         )

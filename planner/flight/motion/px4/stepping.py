@@ -63,6 +63,9 @@ class SteppedLeg(NamedTuple):
     down: AxisLimits
     jerk_m_s3: float
     period_s: float
+    back_m_s: float | None = None
+    """Horizontal speed at the target once it is behind, flown to straight (``State::target_behind``); None:
+    the line to it is kept."""
 
 
 class Swung(Value, eq=False):
@@ -113,12 +116,14 @@ def stepped(swing: SteppedLeg) -> Swung:
         elif reached >= 0 and (steps - reached) * period_s >= swing.hold_s:
             break
         vertical = swing.up if is_upward else swing.down
-        level_m_s = _allowed_m_s(swing.level, swing.jerk_m_s3, left_m, swing.final_m_s[0])
+        is_past = swing.back_m_s is not None and line[0] * to_go[0] + line[1] * to_go[1] < 0.0
+        final_m_s = swing.back_m_s if swing.back_m_s is not None and is_past else swing.final_m_s[0]
+        level_m_s = _allowed_m_s(swing.level, swing.jerk_m_s3, left_m, final_m_s)
         upright_m_s = _allowed_m_s(vertical, swing.jerk_m_s3, abs(to_go[2]), swing.final_m_s[1])
         ahead = (velocity[0] * to_go[0] + velocity[1] * to_go[1]) / (speed * left_m + _ZERO)
         if speed > SLOWEST_TURN_M_S and ahead < ALIGNED_COS and left_m > swing.radius_m:
             level_m_s = min(held_m_s, level_m_s)
-            to_go = _less(_steered_m(swing, line, place), place)
+            to_go = to_go if is_past else _less(_steered_m(swing, line, place), place)
             turned = steps
         else:
             held_m_s = level_m_s

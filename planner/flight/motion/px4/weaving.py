@@ -138,12 +138,14 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
 
     It does so, at any speed, where it leaves a LOITER_TO_ALT by its radius, far from its centre: its line
     begins there, in height as well, and the speed held is that allowed on the way to it.
+
+    Over a waypoint that it is to pass it swings to and fro while it waits to look at a region of interest.
     """
     planned = begun.planned
     weaves = Weaves.none(len(turns.duration_s))
     flies = (planned.is_leg | planned.is_wait) & ~planned.is_takeoff & (planned.pause_s == 0.0)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
-    for row in np.flatnonzero(flies & _circles(begun, l1)).tolist():
+    for row in np.flatnonzero(flies & (planned.swings | _circles(begun, l1))).tolist():
         hold_s = max(float(planned.hold_s[row]), _NAVIGATED_S)
         weaves.step(row, stepped(_swing(begun, row, hold_s=hold_s)), planned.target_m[row], turns)
         weaves.is_held[row] = True
@@ -152,7 +154,9 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     slow = leaves & (horizontal(begun.velocity_m_s) <= SLOWEST_TURN_M_S)
     beside_m = _beside_m(begun)
     shoots = _shoots(begun, turns, l1, beside_m)
-    for row in np.flatnonzero(flies & ~leaves & ~shoots & _cuts(begun, l1, beside_m)).tolist():
+    flies &= ~weaves.is_held
+    cuts = planned.leaves_swing | _cuts(begun, l1, beside_m)
+    for row in np.flatnonzero(flies & ~leaves & ~shoots & cuts).tolist():
         swung = stepped(_swing(begun, row, period_s=_COARSE_S))
         weaves.step(row, swung, planned.target_m[row], turns)
     for row in np.flatnonzero(flies & (leaves | shoots)).tolist():
@@ -257,6 +261,7 @@ def _swing(
         down=AxisLimits(parameters.descent_speed_m_s, parameters.acceleration_down_m_s2),
         jerk_m_s3=j,
         period_s=period_s if planned.is_from_ground[row] else _COARSE_S,
+        back_m_s=float(planned.back_m_s[row]) if planned.swings[row] else None,
     )
 
 
