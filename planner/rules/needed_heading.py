@@ -41,12 +41,17 @@ def _not_turned_in_time(a: Assessment, parameters: Px4Parameters) -> Iterator[Fi
     hovers = motion.segments.state == STATE_INDEX[FlightState.HOVER]
     flying_s = np.append(0.0, np.cumsum(np.where(hovers, 0.0, motion.segments.duration_s)))
     done_s = flying_s[motion.done_segment + 1]
+    hover_s = np.where(hovers, motion.segments.duration_s, 0.0)
+    stood_s = np.bincount(motion.segment_stage, hover_s, len(a.route.stages))
     stages = a.route.stages
     for row, stage in enumerate(stages):
         if not stage.needs_heading or stage.yaw_deg is None:
             continue
         turn_s = float(yaw_time_s(np.array(_turn_rad(stages[: row + 1], parameters)), parameters))
         wait_s = turn_s - float(done_s[row] - (done_s[row - 1] if row else 0.0))
+        if stage.looks_m is not None and stood_s[row] > stage.hold_s:
+            # Turned to where that was seen from on the way, it waits as predicted.
+            wait_s = max(wait_s, float(stood_s[row]))
         if wait_s > longest_s:
             yield a.finding(
                 SETTING_NOT_FOLLOWED,

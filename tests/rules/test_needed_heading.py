@@ -99,6 +99,30 @@ def test_px4_gives_the_mission_up_where_a_heading_is_not_reached_in_time(
 
 
 @pytest.mark.parametrize(
+    ("parameters", "is_given_up"),
+    [
+        (
+            "MIS_YAW_TMT,2\nMPC_YAWRAUTO_ACC,10\n",
+            True,
+        ),  # flown: "Mission cannot be completed" at 37 s
+        ("MIS_YAW_TMT,5\nMPC_YAWRAUTO_ACC,10\n", False),  # flown to its end
+        ("MIS_YAW_TMT,2\nMPC_YAWRAUTO_ACC,20\n", False),  # flown to its end
+    ],
+)
+def test_a_region_passed_close_swings_behind_at_the_end(
+    parameters: str, *, is_given_up: bool
+) -> None:
+    def east(metres: float) -> float:
+        return 8.0 + metres / 76060.0
+
+    beside = item(195, north(62), 0.0, longitude_deg=east(-5))
+    needs = item(19, north(75), 20.0, params=(0.0, 1.0, 0.0, None), longitude_deg=east(-8))
+    one = mission(takeoff(20), waypoint(30, 20), beside, needs, NONE, waypoint(90, 20))
+    said = [f for f in found(one, PX4, parameters) if f.code == "T110"]
+    assert [f.severity for f in said] == [Severity.ERROR] * is_given_up
+
+
+@pytest.mark.parametrize(
     ("then", "longer_s"),
     [
         ((loiter(-30),), HALF_TURN_S),  # flown 4.6 s
