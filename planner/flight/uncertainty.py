@@ -265,6 +265,9 @@ def sample_charge(spread: ModelSpread, setup: Setup) -> FloatArray:
     return np.asarray(np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0))
 
 
+_LEAST_FREEDOM = 2
+"""Of deviations that one flight shows, or none: what is known beforehand counts as one flight beside it
+(``planner.vehicle.repeatability``).  With one, half of a battery had a chance of 1 % to be too little. [-]"""
 _LEG = 5
 """Row of the samples of the normal distribution, after those of the conditions."""
 
@@ -274,7 +277,8 @@ def _standard_samples(n_flights: int) -> tuple[FloatArray, ...]:
     """Return samples: normal, Student's, twice uniform, and normal again, made once."""
     random = np.random.default_rng(_SEED)
     normal = random.standard_normal((6, SAMPLES))
-    student = random.standard_t(n_flights, (4 + len(STATES), SAMPLES))
+    freedom = max(n_flights, _LEAST_FREEDOM)
+    student = random.standard_t(freedom, (4 + len(STATES), SAMPLES))
     first, second = random.random((2, SAMPLES))
     found = (normal, student, first, second, random.standard_normal(SAMPLES))
     for samples in found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -94,6 +95,12 @@ def identify_power(
         return _by_tables(steady, tuple(refusals), str(error))
 
 
+def _fit_percent(measured: FloatArray, predicted: FloatArray) -> float | None:
+    """Return the fit; ``None``: spans of one power, or one alone, have no spread to hold errors to. [%]"""
+    fit = fit_percent(measured, predicted)
+    return fit if math.isfinite(fit) else None
+
+
 def _by_momentum_theory(
     steady: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...], mass_deviation_kg: float
 ) -> PowerIdentification:
@@ -126,7 +133,7 @@ def _by_momentum_theory(
         unit="W",
         estimates=fitted.estimates,
         segments=(*refusals, *_segments(steady, is_held)),
-        fit_percent=fit_percent(measured, measured + errors),
+        fit_percent=_fit_percent(measured, measured + errors),
         rms=float(np.sqrt(np.mean(errors**2))),
         not_shown=fitted.from_prior,
     )
@@ -518,7 +525,7 @@ def identify_manoeuvre_power(
             Estimate(name="growth_w_s2_m2", value=float(growth), error=float(growth_error)),
         ),
         segments=(*refusals, *_segments(means)),
-        fit_percent=fit_percent(powers, powers - residuals),
+        fit_percent=_fit_percent(powers, powers - residuals),
         rms=float(np.sqrt(np.mean(residuals**2))),
     )
     return PowerIdentification(

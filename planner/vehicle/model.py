@@ -304,7 +304,7 @@ class ModelSpread(Part):
 
     Each is one standard deviation of flown less predicted, fractions over what was predicted.  Without
     this table nothing is known about the spread of a prediction.  After few flights the spread of a
-    prediction is that of Student's t with n_flights degrees of freedom.
+    prediction is that of Student's t with n_flights degrees of freedom, at least two.
     """
 
     time_fraction: Annotated[

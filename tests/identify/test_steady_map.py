@@ -203,6 +203,17 @@ def test_with_a_mass_it_is_one_law() -> None:
     assert outcome.fit_percent > 95.0
 
 
+def test_one_span_held_out_has_no_fit_but_an_error() -> None:
+    """It has no spread about its mean: of a short flight the model was refused for a fit of -inf."""
+    found = identify_power(flights(noise_w=1.0)[::4][:6])
+    assert isinstance(found.cruise, MomentumLaw)
+    [outcome] = found.outcomes
+    assert outcome.held_out == 1
+    assert outcome.fit_percent is None
+    assert outcome.rms is not None
+    assert outcome.rms > 0.0
+
+
 def test_steady_flight_is_what_does_not_accelerate_clear_of_the_ground() -> None:
     time_s = np.arange(900) * 0.1
     # on the ground to 10 s, up 20 m until 20 s, standing to 40, 8 m/s from 44 to 74 s, braking
