@@ -39,7 +39,7 @@ from planner.flight.motion.kinematics import (
 from planner.flight.reach import SituationKind, situations_flown
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.wind import Wind
-from planner.units import wh_from_j
+from planner.units import j_from_wh, wh_from_j
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.reach import Situations
+    from planner.flight.returns.path import FlownReturns
     from planner.vehicle.model import VehicleModel
 
 _MEASURED_SPEED = np.array([0.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0]) / 15.0
@@ -65,8 +66,10 @@ class Uncounted(Value, eq=False):
     """Of each segment of the flight, at most; infinite where the vehicle may not come forward. (s,) [Wh]"""
     late_s: FloatArray
     """How much longer each may last, at most, where the vehicle holds no such airspeed. (s,) [s]"""
-    of_returns: float
-    """Fraction of the energy of a return. [-]"""
+    returns_wh: FloatArray
+    """Of each return from the points looked at, at most. (n,) [Wh]"""
+    returns_worst: FloatArray
+    """Fraction of the power in the worst situation of each. (n,) [-]"""
     returns_longer: float
     """Fraction of the time of a return, as `late_s`. [-]"""
 
@@ -78,8 +81,9 @@ class Uncounted(Value, eq=False):
         shown_m_s: float | None = None,
         *,
         later_s: FloatArray,
+        back: FlownReturns | None = None,
     ) -> Uncounted:
-        """Return what a flight may take in all situations it may come to.
+        """Return what a flight may take in all situations it may come to, and the returns looked at.
 
         ``shown_m_s`` is the highest airspeed its model shows it to hold; default what it was identified at.
         ``later_s`` is what its segments take longer than predicted, at the power of a hover and so many
@@ -87,29 +91,38 @@ class Uncounted(Value, eq=False):
         """
         motion, count = flight.motion, len(later_s)
         more, longer = (one - 1.0 for one in situation_ratios(flight.power, reach, shown_m_s))
-        late_s = np.zeros(count)
+        late_s, returned = np.zeros(count), 0 if back is None else len(back.destination)
         if not (more.any() or longer.any()):
             return cls(
-                segments_wh=np.zeros(count), late_s=late_s, of_returns=0.0, returns_longer=0.0
+                segments_wh=np.zeros(count),
+                late_s=late_s,
+                returns_wh=np.zeros(returned),
+                returns_worst=np.zeros(returned),
+                returns_longer=0.0,
             )
         of_mission, mission_longer = (
             one[reach.kind == SituationKind.MISSION].reshape(flight.node_power_w.shape)
             for one in (more, longer)
         )
+        of_returns = more[reach.kind == SituationKind.RETURN]
+        segments_j, returns_j = np.full(count, np.inf), np.full(returned, np.inf)
+        worst_of_returns = np.full(returned, np.inf)
         if np.isfinite(more).all():
-            added_w = np.maximum(flight.node_power_w, 0.0) * of_mission
-            pieces_j = added_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
-            worst = np.zeros(count)
-            np.maximum.at(worst, motion.piece_segment, of_mission.max(axis=1))
-            late_j = flight.hover_near_home_w * later_s * worst
-            segments_j = np.bincount(motion.piece_segment, pieces_j, count) + late_j
+            segments_j, worst = _added_j(flight, of_mission, motion.piece_segment, count)
+            segments_j += flight.hover_near_home_w * later_s * worst
             late_s = _lost_s(motion, mission_longer)
-        else:
-            segments_j = np.full(count, np.inf)
+            if back is not None:
+                of_pieces = of_returns.reshape(back.flight.node_power_w.shape)
+                returns_j, worst_of_returns = _added_j(
+                    back.flight, of_pieces, back.piece_point, returned
+                )
+                stops = np.maximum(worst_of_returns, worst[back.points.segment])
+                returns_j += j_from_wh(back.points.stop_wh) * stops
         return cls(
             segments_wh=np.asarray(wh_from_j(segments_j), np.float64),
             late_s=late_s,
-            of_returns=float(more[reach.kind == SituationKind.RETURN].max(initial=0.0)),
+            returns_wh=np.asarray(wh_from_j(returns_j), np.float64),
+            returns_worst=worst_of_returns,
             returns_longer=float(longer[reach.kind == SituationKind.RETURN].max(initial=0.0)),
         )
 
@@ -118,14 +131,29 @@ class Uncounted(Value, eq=False):
         """What the flight may take above its prediction, at most; infinite as its segments. [Wh]"""
         return float(self.segments_wh.sum())
 
-    def returned_wh(self, segment: IntArray, energy_wh: FloatArray) -> FloatArray:
-        """Return what returns of such energies may take more, with the flight up to the segments' ends. (n,)
+    def returned_wh(self, segment: IntArray, late_wh: FloatArray) -> FloatArray:
+        """Return what the returns may take more, with the flight up to the segments' ends. (n,) [Wh]
 
-        [Wh]
+        ``late_wh`` is what each takes for being later than predicted. (n,) [Wh]
         """
         if not math.isfinite(self.flown_wh):
             return np.full(len(segment), np.inf)
-        return np.cumsum(self.segments_wh)[segment] + energy_wh * self.of_returns
+        back_wh = self.returns_wh + late_wh * self.returns_worst
+        return np.asarray(np.cumsum(self.segments_wh)[segment] + back_wh)
+
+
+def _added_j(
+    flight: Flight, more: FloatArray, owner: IntArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return what pieces take more by the fractions at their nodes (p, k), and the worst of these. [J], [-]
+
+    Of each owner (p,), of so many. (n,), (n,)
+    """
+    added_w = np.maximum(flight.node_power_w, 0.0) * more
+    pieces_j = added_w @ QUADRATURE_WEIGHTS * flight.motion.piece_duration_s
+    worst = np.zeros(count)
+    np.maximum.at(worst, owner, more.max(axis=1))
+    return np.asarray(np.bincount(owner, pieces_j, count), np.float64), worst
 
 
 def situation_ratios(

@@ -109,7 +109,8 @@ class Assessment(Value, eq=False, dict=True):
         if self.holds_for_others:
             planned = replace(self, flight=flight, route=route)
         later_s = planned.lateness.in_all_s
-        return Uncounted.of(flight, self.reach, self.shown_airspeed_m_s, later_s=later_s)
+        back, shown_m_s = self.returns.sample, self.shown_airspeed_m_s
+        return Uncounted.of(flight, self.reach, shown_m_s, later_s=later_s, back=back)
 
     @cached_property
     def battery_profile(self) -> BatteryProfile | None:
@@ -236,7 +237,7 @@ class Assessment(Value, eq=False, dict=True):
         if sample is None:
             return np.zeros(0)
         late_wh = wh_from_j(self.flight.hover_near_home_w * self.late_returns.in_all_s)
-        return self.uncounted.returned_wh(sample.points.segment, sample.energy_wh + late_wh)
+        return self.uncounted.returned_wh(sample.points.segment, late_wh)
 
     @cached_property
     def return_discharge(self) -> ReturnDischarge | None:
