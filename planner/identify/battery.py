@@ -119,6 +119,8 @@ def fit_battery(
 CAPACITY_PARAMETERS = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
 """Where ArduPilot and PX4 keep the charge of the full battery. [mAh]"""
 _CELL_PARAMETERS = ("BAT1_N_CELLS", "BAT_N_CELLS")
+_SAME_CHARGE = 0.01
+"""States of charge that are one point of a curve. [-]"""
 _NOT_FULL = 0.98
 """Voltage at the start, over the highest of all flights, below which a battery was not full. [-]"""
 _THINNED_S = 0.5
@@ -285,8 +287,20 @@ def identify_battery(
     else:
         estimates, rms = (fit.internal_resistance_ohm,), fit.noise.deviation
         resistance_ohm = estimates[0].value
-        nominal_v, summary, reading = _without_a_curve(fit, current, settings.chemistry)
-        of_voltage, readings = {"nominal_voltage_v": rounded(nominal_v, 4)}, (reading, full)
+        (ocv_soc, ocv_v), kind = _continued(fit, settings.chemistry)
+        of_voltage, low = {"ocv_soc": ocv_soc, "ocv_v": ocv_v}, fit.ocv_soc[0]
+        summary = (
+            f"{resistance_ohm * 1e3:.0f} mohm, {fit.ocv_v[0]:.1f} V to {fit.ocv_v[-1]:.1f} V open-circuit; "
+            f"used down to {low:.0%}"
+        )
+        readings = (
+            (
+                f"The open-circuit voltage is known down to {low:.0%} of the charge only; below that it is "
+                f"taken to fall as that of {kind} cells: name the kind of cell and the number of them."
+            ),
+            full,
+            "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
+        )
     not_shown = () if resistance_ohm > estimates[0].error else ("internal_resistance_ohm",)
     return BatteryIdentification(
         battery=Battery(
@@ -310,44 +324,36 @@ def identify_battery(
     )
 
 
-def _without_a_curve(
-    fit: BatteryFit, current_a: FloatArray, kind: str | None
-) -> tuple[float, str, str]:
-    """Return the mean voltage over all of the charge as flights drew it, a summary and what to say of it. [V]
+def _continued(
+    fit: BatteryFit, kind: str | None
+) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], str]:
+    """Return the curve over all of the charge, and the kind of cell it goes on as beyond what was used.
 
-    Of kinds of cell that are possible, that which holds least.
+    Of kinds that are possible that which holds least.  Held at the mean of what was used, the upper half of
+    a discharge promises 6 % too much: flown so, planned to 95 %, a vehicle fell.
     """
-    drawn_a = float(np.sum(current_a**2) / np.sum(current_a))  # mean over the charge, not the time
     kinds = (ASSUMED_CHEMISTRY, LITHIUM_ION) if kind is None else (kind,)
-    whole_v, taken = min((_whole_v(fit, one), one) for one in kinds)
-    resistance_ohm, low = fit.internal_resistance_ohm.value, fit.ocv_soc[0]
-    nominal_v = whole_v - resistance_ohm * drawn_a
-    summary = (
-        f"{resistance_ohm * 1e3:.0f} mohm, {nominal_v:.1f} V under load over all of the charge; used down "
-        f"to {low:.0%}"
-    )
-    reading = (
-        f"The voltage is known down to {low:.0%} of the charge only; below that it is taken to fall as that "
-        f"of {taken} cells, and its mean at {drawn_a:.3g} A stands for the curve: name the kind of cell and "
-        "the number of them to get one."
-    )
-    return nominal_v, summary, reading
+    curves = [(_continued_as(fit, one), one) for one in kinds]
+    return min(curves, key=lambda one: float(np.trapezoid(one[0][1], one[0][0])))
 
 
-def _whole_v(fit: BatteryFit, kind: str) -> float:
-    """Return the mean open-circuit voltage over all of the charge. [V]
-
-    Beyond the charge that was used it goes on as that of a kind of cell does.  Held at the mean of what was
-    used, the upper half of a discharge promises 6 % too much: flown so, planned to 95 %, a vehicle fell.
-    """
+def _continued_as(fit: BatteryFit, kind: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return states of charge and open-circuit voltages that go on as those of a kind of cell. [-], [V]"""
     from planner.vehicle.reader import load_chemistry
 
-    cell = load_chemistry(kind)
-    soc = np.union1d(fit.ocv_soc, cell.ocv_soc)
-    used = np.clip(soc, fit.ocv_soc[0], fit.ocv_soc[-1])
-    of_cell_v, of_used_v = (np.interp(one, cell.ocv_soc, cell.cell_ocv_v) for one in (soc, used))
-    voltage_v = np.interp(used, fit.ocv_soc, fit.ocv_v) * of_cell_v / of_used_v
-    return float(np.trapezoid(voltage_v, soc))
+    cell, low, high = load_chemistry(kind), fit.ocv_soc[0], fit.ocv_soc[-1]
+    soc = np.array(cell.ocv_soc)
+    cell_v = np.array(cell.cell_ocv_v)
+    low_v, high_v = np.interp((low, high), soc, cell_v)
+    below, above = soc < low - _SAME_CHARGE, soc > high + _SAME_CHARGE
+    used = np.array(fit.ocv_soc)
+    # All of the charge has a curve, to its very ends.
+    used[0], used[-1] = low if below.any() else 0.0, high if above.any() else 1.0
+    voltage_v = np.concatenate(
+        (fit.ocv_v[0] / low_v * cell_v[below], fit.ocv_v, fit.ocv_v[-1] / high_v * cell_v[above])
+    )
+    of_charge = np.concatenate((soc[below], used, soc[above]))
+    return tuple(of_charge.round(4).tolist()), tuple(voltage_v.round(4).tolist())
 
 
 def _capacity_reading(measured: Estimate, new_ah: float | None, flights: int) -> str:

@@ -106,10 +106,6 @@ def test_resistance_and_curve_come_back_from_several_flights() -> None:
     assert found.outcome.rms == pytest.approx(0.01, rel=0.1)
 
 
-# Under the 6.67 A of all charge: half of it at 8 A takes two thirds, half at 4 A one third.
-DROP_V = RESISTANCE_OHM * (8.0 * 2.0 + 4.0) / 3.0
-
-
 @pytest.mark.parametrize(
     ("kind", "whole_v"),
     [
@@ -120,14 +116,15 @@ DROP_V = RESISTANCE_OHM * (8.0 * 2.0 + 4.0) / 3.0
         (None, CELLS * (0.955 + 0.60075 + 0.4135 + 3.71 / 3.743 * 1.735)),
     ],
 )
-def test_without_a_curve_the_voltage_below_what_was_used_falls_as_cells_do(
+def test_the_voltage_below_what_was_used_falls_as_that_of_cells(
     kind: str | None, whole_v: float
 ) -> None:
-    """Both flights end at half of the charge: their mean alone would promise 4 % more."""
+    """The flight ends at half of the charge: its mean alone would promise 4 % more."""
     found = identify_battery([discharge(1)], PackSettings(chemistry=kind))
     assert found.battery is not None
-    assert found.battery.ocv_v is None
-    assert found.battery.nominal_voltage_v == pytest.approx(whole_v - DROP_V, rel=4e-3)
+    assert found.battery.ocv_soc is not None
+    assert (found.battery.ocv_soc[0], found.battery.ocv_soc[-1]) == (0.0, 1.0)
+    assert found.battery.energy_wh / CAPACITY_AH == pytest.approx(whole_v, rel=4e-3)
     assert "49% of the charge only" in found.readings[0]
 
 
