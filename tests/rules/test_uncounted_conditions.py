@@ -75,6 +75,31 @@ def test_wind_that_is_not_counted_is_an_error_where_it_may_take_the_margin() -> 
     assert "above the reserve allow" in message
 
 
+def test_only_what_returns_fly_beyond_the_identified_airspeed_is_bounded() -> None:
+    """Identified to 4 m/s, returns at 10 m/s: the cube of 2.5 on that way home, not on climb and landing.
+
+    No more than 15.6 times the power at 4 m/s for the time of the way, as if all of it were at 10 m/s; from
+    over home there is no way.
+    """
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    box = replace(vehicle.valid_for, speed_m_s=Interval(low=0.0, high=4.0))
+    slow = mission(takeoff(50), speed(4.0), waypoint(400, 50), rtl())
+    result = check(slow, replace(vehicle, valid_for=box))
+    a = result.assessment
+    assert a is not None
+    sample, more_wh = a.returns.sample, a.uncounted.returns_wh
+    assert sample is not None
+    away_m = np.hypot(*sample.points.place_m[:, :2].T)
+    assert more_wh[away_m < 0.1] == pytest.approx(0.0, abs=0.05)
+    [cruise] = [row for row in result.segments if row.state.value == "cruise" and row.item == 3]
+    bound_w = 2.5**3 * cruise.energy_wh * 3600.0 / cruise.duration_s
+    way_wh = bound_w * (away_m / 10.0) / 3600.0
+    far = away_m > 200.0
+    # It speeds up and brakes besides: in 4 s each, and slower.
+    assert (more_wh[far] < way_wh[far] + bound_w * 8.0 / 3600.0).all()
+    assert (more_wh[far] > 0.6 * way_wh[far]).all()
+
+
 def test_a_steady_leg_against_the_wind_takes_what_the_measured_quadrotor_takes() -> None:
     """At 20/3 m/s and 10/3 of wind from 10/15 to 15/15 of its speed: 482 W for 322 W."""
     ratio = _measured_w(np.array([1.0, 10.0 / 15.0, 1.15]))
