@@ -204,7 +204,7 @@ def test_a_step_response_model_is_flown_over_the_ground_that_ardupilot_follows(
     assert "A102" not in codes  # 30 m above the ridge, not 10 m below it
 
 
-@pytest.mark.parametrize(("left", "severity"), [(1.03, Severity.WARNING), (0.97, Severity.ERROR)])
+@pytest.mark.parametrize(("left", "severity"), [(1.03, Severity.WARNING), (0.9, Severity.ERROR)])
 def test_climbs_that_a_step_response_model_does_not_count_fit_into_the_margin(
     left: float, severity: Severity
 ) -> None:
@@ -218,7 +218,8 @@ def test_climbs_that_a_step_response_model_does_not_count_fit_into_the_margin(
     # m g h over an efficiency of 0.5, of what hovers 10 m up on 119.49 · 10^0.02 W with 80 W/kg.
     climbs_wh = 119.49 * 10.0**0.02 / 80.0 * 9.80665 * 40.0 / 0.5 / 3600.0
     margin_wh = min(first.return_plan.margin_wh, 77.0 - first.totals.energy_wh)
-    # And for the air up to 470 m AMSL, 1.1707 kg/m³ for 1.225 (ISO 2533), which the model does not count.
+    # And for the air up to 470 m AMSL, 1.1707 kg/m³ for 1.225 (ISO 2533), which the model does not count;
+    # what is flown lower costs less, a landing from there 0.1 %, some hundredths of what climbs take.
     needed_wh = (77.0 - margin_wh) * math.sqrt(1.225 / 1.1707)
     [one] = [f for f in judged(needed_wh + left * climbs_wh).findings if f.code == "E127"]
     assert one.severity is severity
