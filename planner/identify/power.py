@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -29,7 +28,7 @@ from planner.identify.segments import (
     flown_parts,
     speed_through_air_m_s,
 )
-from planner.identify.uncertainty import Estimate, fit_percent, rounded
+from planner.identify.uncertainty import Estimate, rounded, told_fit_percent
 from planner.physics.rotor import Rotor
 from planner.values import Value, field_values, replace
 from planner.vehicle.power import (
@@ -95,12 +94,6 @@ def identify_power(
         return _by_tables(steady, tuple(refusals), str(error))
 
 
-def _fit_percent(measured: FloatArray, predicted: FloatArray) -> float | None:
-    """Return the fit; ``None``: spans of one power, or one alone, have no spread to hold errors to. [%]"""
-    fit = fit_percent(measured, predicted)
-    return fit if math.isfinite(fit) else None
-
-
 def _by_momentum_theory(
     steady: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...], mass_deviation_kg: float
 ) -> PowerIdentification:
@@ -133,7 +126,7 @@ def _by_momentum_theory(
         unit="W",
         estimates=fitted.estimates,
         segments=(*refusals, *_segments(steady, is_held)),
-        fit_percent=_fit_percent(measured, measured + errors),
+        fit_percent=told_fit_percent(measured, measured + errors),
         rms=float(np.sqrt(np.mean(errors**2))),
         not_shown=fitted.from_prior,
     )
@@ -525,7 +518,7 @@ def identify_manoeuvre_power(
             Estimate(name="growth_w_s2_m2", value=float(growth), error=float(growth_error)),
         ),
         segments=(*refusals, *_segments(means)),
-        fit_percent=_fit_percent(powers, powers - residuals),
+        fit_percent=told_fit_percent(powers, powers - residuals),
         rms=float(np.sqrt(np.mean(residuals**2))),
     )
     return PowerIdentification(

@@ -22,7 +22,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import IdentificationError
 from planner.identify.segments import FlightPart, SegmentUse, StateOutcome, run_bounds, smoothed
-from planner.identify.uncertainty import Estimate, fit_percent, rounded
+from planner.identify.uncertainty import Estimate, rounded, told_fit_percent
 from planner.values import Value, field_names
 from planner.vehicle.model import Ramps
 
@@ -265,7 +265,7 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
         estimates=estimates,
         not_shown=tuple(e.name for e in estimates if e.error > e.value),
         segments=(*refused, *(SegmentUse.of(m, m.label, is_held_out=True) for m in manoeuvres)),
-        fit_percent=fit_percent(measured, predicted),
+        fit_percent=told_fit_percent(measured, predicted),
         rms=float(np.sqrt(np.mean((predicted - measured) ** 2))),
     )
     speeds = [leg.speed_m_s for flight in usable for leg in flight.legs]

@@ -203,6 +203,12 @@ def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
     return 100.0 * (1.0 - error / spread) if spread > 0.0 else -np.inf
 
 
+def told_fit_percent(measured: FloatArray, predicted: FloatArray) -> float | None:
+    """Return the fit; ``None``: one value, or values alike, have no spread to hold errors to. [%]"""
+    fit = fit_percent(measured, predicted)
+    return fit if math.isfinite(fit) else None
+
+
 def whiteness(residuals: FloatArray) -> float:
     r"""Chance that white noise has residuals of such a memory: the test of Ljung and Box.
 

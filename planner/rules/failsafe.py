@@ -357,9 +357,8 @@ def _acts_on_none(
         assert one.rest_v is not None  # of the same battery
         highest_w = one.times * a.totals.peak_power_w
         loaded_v = loaded_voltage_v(one.rest_v, highest_w, resistance_ohm=resistance_ohm)
-        loaded = replace(one, loaded_v=loaded_v)
-        events = ardupilot_events(loaded, parameters, has_landing=has_landing(a.mission))
-        if _first_acting(_in_time(a, list(events))) is not None:
+        events = _charge_events(a, replace(one, loaded_v=loaded_v), pack, parameters)
+        if _first_acting(_in_time(a, events)) is not None:
             return False
     return True
 
@@ -700,7 +699,7 @@ def _events(
     """Return what an autopilot decides along a flight, in no order."""
     if isinstance(parameters, Px4Parameters):
         return list(px4_events(a.returns, profile, pack, parameters, longer=longer))
-    return list(ardupilot_events(profile, parameters, has_landing=has_landing(a.mission)))
+    return _charge_events(a, profile, pack, parameters)
 
 
 def _charge_events(

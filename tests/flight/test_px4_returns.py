@@ -176,10 +176,8 @@ def test_a_return_behind_a_steep_descent_begins_at_its_waypoint_s_height(
 @pytest.mark.parametrize(
     ("rise_m", "before_m"),
     [
-        (
-            3.19,
-            10.0,
-        ),  # over 40 m, so that the height counts where the radius is reached: 0.8 m before
+        # over 40 m, so that the height counts where the radius is reached: 0.8 m before
+        (3.19, 10.0),
         (8.0, 4.0),
         (32.0, 0.0),  # 1 m before, within what a return's place is uncertain by
     ],

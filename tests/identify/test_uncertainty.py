@@ -15,6 +15,7 @@ from planner.identify.uncertainty import (
     fit_percent,
     least_squares_covariance,
     mean_with_error,
+    told_fit_percent,
     whiteness,
 )
 from planner.physics.response import TransferFunction
@@ -102,6 +103,8 @@ def test_the_fit_is_that_of_the_definition() -> None:
     assert fit_percent(measured, np.full(4, 1.5)) == 0.0
     assert fit_percent(measured, np.array([1.5, 0.0, 3.0, 3.0])) == pytest.approx(50.0)
     assert fit_percent(np.ones(3), np.zeros(3)) == -np.inf
+    assert told_fit_percent(measured, np.full(4, 1.5)) == 0.0
+    assert told_fit_percent(np.ones(1), np.zeros(1)) is None
 
 
 def test_white_residuals_pass_and_remembering_ones_do_not() -> None:
