@@ -20,9 +20,10 @@ from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters, flown_position_noise_m
 from planner.identify.lag import identify_drag
 from planner.identify.lean import identified_lean
+from planner.identify.leant_wind import leant_wind_readings
 from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
-from planner.identify.refinement import widened_box
+from planner.identify.refinement import shown_box
 from planner.identify.segments import FitStatus
 from planner.identify.spread import (
     left_out_spread,
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.identify.battery import BatteryFit
+    from planner.identify.lean import LeanFlight
     from planner.identify.log_table import LogConditions
     from planner.identify.power import PowerIdentification
     from planner.identify.power_laws import SteadyMap
@@ -412,7 +414,7 @@ def assemble_model(
     model = replace(model, spread=_with_law(spread, model, parts.power.steady_map))
     if parts.narrowed is not None and base is not None:
         findings += parts.narrowed.findings
-        model = _narrowed(model, base, parts.narrowed, settings)
+        model = _narrowed(model, base, parts.narrowed, lean, settings)
     return Identification(
         model=model,
         states=tuple(outcomes),
@@ -482,7 +484,11 @@ _OF_POWER = (
 
 
 def _narrowed(
-    model: VehicleModel, base: VehicleModel, power: NarrowedPower, settings: IdentificationSettings
+    model: VehicleModel,
+    base: VehicleModel,
+    power: NarrowedPower,
+    lean: LeanFlight,
+    settings: IdentificationSettings,
 ) -> VehicleModel:
     """Return a model whose power is the base's, narrowed: where it holds, and how uncertain, is as well."""
     spread = power.spread
@@ -495,7 +501,7 @@ def _narrowed(
         model,
         battery=power.battery if settings.pack == PackSettings() else model.battery,
         spread=spread,
-        valid_for=widened_box(base.valid_for, power.steady),
+        valid_for=shown_box(base.valid_for, power.steady, lean),
         provenance=replace(
             own,
             basis=Basis.REFINED,
@@ -621,10 +627,11 @@ def _refuse_lacking_motion(
 def _air_readings(
     records: Sequence[FlightRecord], settings: IdentificationSettings, parts: Parts
 ) -> list[str]:
-    readings = []
+    readings: list[str] = []
     knows_density = any(f.air_density_kg_m3 is not None for f in parts.steady)
     if knows_density and any(settings.conditions_of(r).temperature_c is None for r in records):
         readings.append("Air density is that of the standard atmosphere at the altitude flown.")
+    readings += leant_wind_readings(records)
     if parts.steady and any(not np.isfinite(r.airspeed_m_s).any() for r in records):
         readings.append("No wind in the logs: calm air assumed.")
     return readings

@@ -17,6 +17,7 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Method, Parts, assemble_model
 from planner.identify.battery import PackSettings
+from planner.identify.leant_wind import with_leant_wind
 from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
 from planner.identify.power import (
     PowerIdentification,
@@ -94,6 +95,7 @@ def identify_vehicle(
     if reference is Autopilot.STEP:
         is_logged = any(has_references(record) for record in records)
         identify = _identify_stepped if is_logged else _identify_unreferenced
+    records = [with_leant_wind(record) for record in records]
     settings = replace(settings, reference=reference)
     parts = identify(records, settings, on_step)
     if base is not None and is_narrowable(base) and parts.steady:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.identify.segments import is_steady, run_bounds, speed_through_air_m_s
+from planner.identify.segments import climb_rate_m_s, is_steady, run_bounds, speed_through_air_m_s
 from planner.identify.uncertainty import rounded
 from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
@@ -30,6 +31,10 @@ _MOVING_M_S = 2.0
 """Below it the lean is that of the trim, not of the drag. [m s⁻¹]"""
 _APART = 1.3
 """An exponent takes airspeeds at least so far apart: half a degree of lean is then 0.1 of it. [-]"""
+_DRAG_ERROR = 0.03
+"""Of the drag of a steady leg, relative: half a degree in fifteen. [-]"""
+_LIMIT_ERROR = 0.03
+"""Most that the airspeed at the greatest lean is off by where less lean tells it. [-]"""
 _SHORTEST_S = 5.0
 """Of steady flight; the airspeed is that of its second half, for it is approached exponentially. [s]"""
 
@@ -38,11 +43,14 @@ class LeanFlight(Value):
     """What flights show of how a vehicle leans against its drag."""
 
     airspeed_limit_m_s: float | None
-    """Lowest airspeed held at the greatest lean angle; ``None``: it never was."""
+    """Airspeed at the greatest lean angle: the lowest held there, else by the drag at less; ``None``: not
+    known."""
     limit_lean_deg: float | None
     """That angle, by the parameters of the flight. [°]"""
     drag_exponent: float | None
     """Power of the airspeed that the drag goes by; ``None``: not shown. [-]"""
+    sure_airspeed_m_s: float | None = None
+    """Without a limit, what the greatest lean holds at least: drag goes by the square at most."""
 
 
 class _Lean(NamedTuple):
@@ -67,26 +75,51 @@ def identified_lean(
 ) -> LeanFlight:
     """Return what flights show of lean and drag; where they show no limit, all that a base model gives.
 
-    The limit is the lowest airspeed at it: without a known wind it is over ground, and a headwind takes
-    off it what a tailwind adds.
+    The limit is the lowest airspeed at it: where the wind is not known, it is over ground, and a headwind
+    takes off it what a tailwind adds.  Where it was not come to, it is what the drag at the fastest gives,
+    if its exponent tells that within 3 %.
     """
     steady = [one for record in records for one in _steady(record)]
+    law = _drag_exponent(steady)
     held = min((one for one in steady if one.is_at_limit), default=None)
-    if held is None or held.limit_rad is None:
+    if held is not None and held.limit_rad is not None:
+        return _limited(held.airspeed_m_s, held.limit_rad, law)
+    if base is not None and base.airspeed_limit_m_s is not None:
         return LeanFlight(
-            airspeed_limit_m_s=None if base is None else base.airspeed_limit_m_s,
-            limit_lean_deg=None if base is None else base.airspeed_limit_lean_deg,
-            drag_exponent=None if base is None else base.drag_exponent,
+            airspeed_limit_m_s=base.airspeed_limit_m_s,
+            limit_lean_deg=base.airspeed_limit_lean_deg,
+            drag_exponent=base.drag_exponent,
         )
-    exponent = _drag_exponent(steady)
+    fastest = max((one for one in steady if one.limit_rad is not None), default=None)
+    if fastest is None or fastest.limit_rad is None:
+        return LeanFlight(airspeed_limit_m_s=None, limit_lean_deg=None, drag_exponent=None)
+    more = max(math.tan(fastest.limit_rad) / math.tan(fastest.lean_rad), 1.0)
+    if law is not None and math.log(more) * law.error / law.exponent**2 <= _LIMIT_ERROR:
+        return _limited(fastest.airspeed_m_s * more ** (1.0 / law.exponent), fastest.limit_rad, law)
     return LeanFlight(
-        airspeed_limit_m_s=rounded(held.airspeed_m_s, 4),
-        limit_lean_deg=rounded(math.degrees(held.limit_rad), 4),
-        drag_exponent=None if exponent is None else rounded(exponent, 3),
+        airspeed_limit_m_s=None,
+        limit_lean_deg=None,
+        drag_exponent=None,
+        sure_airspeed_m_s=rounded(fastest.airspeed_m_s * math.sqrt(more), 3),
     )
 
 
-def _drag_exponent(steady: Sequence[_Lean]) -> float | None:
+class _DragLaw(NamedTuple):
+    """Power of the airspeed that a drag goes by, between that of rotors and that of a body."""
+
+    exponent: float
+    error: float
+
+
+def _limited(airspeed_m_s: float, lean_rad: float, law: _DragLaw | None) -> LeanFlight:
+    return LeanFlight(
+        airspeed_limit_m_s=rounded(airspeed_m_s, 4),
+        limit_lean_deg=rounded(math.degrees(lean_rad), 4),
+        drag_exponent=None if law is None else rounded(law.exponent, 3),
+    )
+
+
+def _drag_exponent(steady: Sequence[_Lean]) -> _DragLaw | None:
     """Return the exponent by least squares of logarithms.
 
     The rotors' part of the drag goes by the airspeed, that of the body by its square.
@@ -94,8 +127,30 @@ def _drag_exponent(steady: Sequence[_Lean]) -> float | None:
     speed = np.array([one.airspeed_m_s for one in steady])
     if not len(speed) or speed.max() < _APART * speed.min():
         return None
-    drag = np.tan([one.lean_rad for one in steady])
-    return float(np.clip(np.polyfit(np.log(speed), np.log(drag), 1)[0], 1.0, 2.0))
+    logarithms, drag = np.log(speed), np.log(np.tan([one.lean_rad for one in steady]))
+    line = np.polyfit(logarithms, drag, 1)
+    scatter = float(np.sum(np.square(drag - np.polyval(line, logarithms))))
+    deviation = math.sqrt(scatter / max(len(speed) - 2, 1))
+    spread = math.sqrt(float(np.sum(np.square(logarithms - logarithms.mean()))))
+    return _DragLaw(
+        exponent=float(np.clip(line[0], 1.0, 2.0)), error=max(deviation, _DRAG_ERROR) / spread
+    )
+
+
+def level_parts(record: FlightRecord) -> list[slice]:
+    """Return the second halves of the steady level flights of a record whose lean is known."""
+    steady = (
+        is_steady(record)
+        & np.isfinite(record.roll_deg)
+        & np.isfinite(record.pitch_deg)
+        & (speed_through_air_m_s(record) > _MOVING_M_S)
+        & (np.abs(climb_rate_m_s(record)) < _LEVEL_M_S)
+    )
+    return [
+        slice((start + end) // 2, end)
+        for start, end in zip(*map(np.ndarray.tolist, run_bounds(steady)), strict=True)
+        if steady[start] and (end - start) * record.step_s >= _SHORTEST_S
+    ]
 
 
 def _steady(record: FlightRecord) -> Iterator[_Lean]:
@@ -104,16 +159,7 @@ def _steady(record: FlightRecord) -> Iterator[_Lean]:
     lean_rad = np.arccos(np.cos(roll) * np.cos(pitch))
     airspeed = speed_through_air_m_s(record)
     commanded, ground_speed = record.reference_speed_m_s, record.ground_speed_m_s
-    steady = (
-        is_steady(record)
-        & np.isfinite(lean_rad)
-        & (airspeed > _MOVING_M_S)
-        & (np.abs(record.climb_m_s) < _LEVEL_M_S)
-    )
-    for start, end in zip(*run_bounds(steady), strict=True):
-        if not steady[start] or (end - start) * record.step_s < _SHORTEST_S:
-            continue
-        part = slice((start + end) // 2, end)
+    for part in level_parts(record):
         yield _Lean(
             airspeed_m_s=float(airspeed[part].mean()),
             lean_rad=float(lean_rad[part].mean()),
@@ -124,8 +170,9 @@ def _steady(record: FlightRecord) -> Iterator[_Lean]:
 
 def _lean_angle_max_rad(record: FlightRecord) -> float | None:
     """Return the greatest lean angle of a flight by its parameters."""
-    table = parameter_table(ArduPilotParameters)
-    for row in (table["lean_angle_max_rad"], table["attitude_lean_max_rad"]):
+    own, px4 = parameter_table(ArduPilotParameters), parameter_table(Px4Parameters)
+    limits = (own["lean_angle_max_rad"], own["attitude_lean_max_rad"], px4["lean_angle_max_rad"])
+    for row in limits:
         for spelling in row.spellings:
             if record.parameters.get(spelling.name, 0.0) > 0.0:
                 return spelling.si(record.parameters[spelling.name])

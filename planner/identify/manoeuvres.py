@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from planner.identify.segments import FlightPart, speed_along_m_s, speed_through_air_m_s
+from planner.identify.segments import FlightPart, speed_along_m_s, speed_over_ground_m_s
 from planner.values import Value, force_setattr, replace
 
 if TYPE_CHECKING:
@@ -297,7 +297,7 @@ def cut_manoeuvres(
     level = _commands(record, record.reference_speed_m_s, still=_STILL_M_S, least=_LEAST_SPEED_M_S)
     all_commands = sorted([*vertical, *level], key=lambda command: command.first)
     height = _Signal(ResponseKind.ALTITUDE, record.reference_height_m, record.height_above_home_m)
-    speed = _Signal(ResponseKind.SPEED, record.reference_speed_m_s, speed_through_air_m_s(record))
+    speed = _Signal(ResponseKind.SPEED, record.reference_speed_m_s, speed_over_ground_m_s(record))
     wanted = [(command, height) for command in vertical] + [(command, speed) for command in level]
     if hover_power_w is not None:
         power_w = record.power_w - hover_power_w

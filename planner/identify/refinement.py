@@ -31,6 +31,7 @@ from planner.findings import Finding, Rule, Severity
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
 from planner.identify.lean import identified_lean
+from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.identify.log_table import LogTable
 from planner.identify.segments import record_air_density_kg_m3, steady_flight
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray, IntArray
+    from planner.identify.lean import LeanFlight
     from planner.identify.log_table import LogConditions
     from planner.identify.segments import MeasuredPower
     from planner.logs.record import FlightRecord
@@ -197,6 +199,7 @@ def refine_vehicle(
         raise UsageError(msg)
     for record in records:
         refuse_other_cells(record, vehicle)
+    records = [with_leant_wind(record) for record in records]
     known = LogTable() if logs is None else logs
     conditions = [known.of(record.source) for record in records]
     steady: list[MeasuredPower] = []
@@ -225,9 +228,11 @@ def refine_vehicle(
         cruise=power.law,
         battery=power.battery,
         parameters=parameters,
-        valid_for=widened_box(vehicle.valid_for, power.steady),
+        valid_for=shown_box(vehicle.valid_for, power.steady, lean),
         spread=power.spread,
-        provenance=narrowed_provenance(vehicle.provenance, records, power),
+        provenance=narrowed_provenance(
+            vehicle.provenance, records, power, readings=leant_wind_readings(records)
+        ),
     )
     return Refinement(model=model, power=power, findings=(*differing, *power.findings))
 
@@ -388,7 +393,11 @@ def _refuse_better_than_ideal(rotor: Rotor, vehicle: VehicleModel) -> None:
 
 
 def narrowed_provenance(
-    provenance: Provenance, records: Sequence[FlightRecord], power: NarrowedPower
+    provenance: Provenance,
+    records: Sequence[FlightRecord],
+    power: NarrowedPower,
+    *,
+    readings: Sequence[str] = (),
 ) -> Provenance:
     """Return where a model comes from that flights have narrowed."""
     used = {one.source for one in power.steady}
@@ -398,25 +407,32 @@ def narrowed_provenance(
     return replace(
         provenance,
         basis=Basis.REFINED,
-        readings=(*provenance.readings, f"narrowed by {flights}: {power.text}"),
+        readings=(*provenance.readings, *readings, f"narrowed by {flights}: {power.text}"),
         logs=tuple(logs.values()),
         logs_sha256=tuple(logs),
     )
 
 
-def widened_box(box: ValidFor, steady: Sequence[MeasuredPower]) -> ValidFor:
-    """Return a box in which a model holds with the airspeeds and climb rates that flights have shown."""
+def shown_box(box: ValidFor, steady: Sequence[MeasuredPower], lean: LeanFlight) -> ValidFor:
+    """Return a box in which a model holds with the airspeeds and climb rates that flights have shown.
+
+    A data sheet's airspeeds are assumed: where flights leant so much that its highest is not sure to be
+    held, by drag that may go by the square, it ends where that is.
+    """
     shown = {
         "speed_m_s": [one.airspeed_m_s for one in steady],
         "climb_rate_m_s": [one.climb_rate_m_s for one in steady],
     }
+    sure = {} if lean.sure_airspeed_m_s is None else {"speed_m_s": lean.sure_airspeed_m_s}
     wider = {}
     for name, values in shown.items():
         own = getattr(box, name)
         if own is not None:
             wider[name] = Interval(
                 low=min(own.low, math.ceil(10.0 * min(values)) / 10.0),
-                high=max(own.high, math.floor(10.0 * max(values)) / 10.0),
+                high=max(
+                    min(own.high, sure.get(name, math.inf)), math.floor(10.0 * max(values)) / 10.0
+                ),
             )
     return replace(box, **wider)
 

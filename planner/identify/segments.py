@@ -358,21 +358,29 @@ def speed_through_air_m_s(record: FlightRecord) -> FloatArray:
     return record.airspeed_m_s if is_known else record.ground_speed_m_s
 
 
+def speed_over_ground_m_s(record: FlightRecord) -> FloatArray:
+    """Horizontal ground speed of a record where it is known, else its airspeed (n,) [m/s]."""
+    is_known = bool(np.isfinite(record.ground_speed_m_s).any())
+    return record.ground_speed_m_s if is_known else record.airspeed_m_s
+
+
 def speed_along_m_s(record: FlightRecord, part: slice) -> FloatArray:
-    """Horizontal airspeed in part of a record where it is known, else velocity along its way (n,) [m/s].
+    """Return the velocity along its way in part of a record, as commands of speed are (n,) [m/s].
 
     Unlike its length, a velocity along the way is not raised by noise at rest, and is negative where the
-    vehicle swings back.  Where it turns, or its direction is not known, the length is all there is.
+    vehicle swings back.  Where it turns, or its direction is not known, the length is all there is; where no
+    velocity over ground is, the airspeed.
     """
-    speed = speed_through_air_m_s(record)[part]
     velocity = np.stack([record.velocity_north_m_s[part], record.velocity_east_m_s[part]])
-    if np.isfinite(record.airspeed_m_s).any() or not np.isfinite(velocity).all():
-        return speed
-    lengths = np.hypot(*velocity)
+    if not np.isfinite(velocity).all():
+        return speed_over_ground_m_s(record)[part]
+    lengths = np.asarray(np.hypot(*velocity))
     fast = lengths >= 0.5 * lengths.max()
     ahead = velocity[:, fast].sum(axis=1)
     length = float(np.hypot(*ahead))
-    return ahead / length @ velocity if length > _STRAIGHT * lengths[fast].sum() else speed
+    if not length > _STRAIGHT * lengths[fast].sum():
+        return lengths
+    return np.asarray(ahead / length @ velocity)
 
 
 def climb_rate_m_s(record: FlightRecord) -> FloatArray:

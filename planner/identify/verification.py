@@ -27,6 +27,7 @@ from planner.identify.flown_mission import (
     lift_off,
     record_parameters,
 )
+from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.identify.segments import find_states, smoothed
 from planner.logs.record import STEP_S
 from planner.mission.route.route import make_route
@@ -617,7 +618,8 @@ CONDITIONS_ASSUMED = Rule(
     Severity.INFO,
     summary="A log does not hold the conditions of its flight.",
     why="Wind and density of the air change the power; an error may be theirs, not the model's.",
-    how="The log holds no wind, or no altitude of home, and none was given.",
+    how="The log holds no wind, or no altitude of home, and none was given; a wind that the lean of the "
+    "vehicle shows, by three standard errors and 1 m/s, is counted.",
     fix="give --wind or --home-amsl",
 )
 
@@ -630,6 +632,8 @@ def _setup(
 ) -> tuple[Setup, list[Finding]]:
     """Return what is known of the air, and what had to be assumed."""
     wind, home_amsl_m, noise_m = known.wind, known.home_amsl_m, known.position_noise_m
+    record = with_leant_wind(record)
+    leant = leant_wind_readings([record]) if wind is None else []
     wind = wind or flown_wind(record)
     home_amsl_m = record.home.altitude_amsl_m if home_amsl_m is None else home_amsl_m
     setup = Setup(
@@ -644,8 +648,10 @@ def _setup(
     )
     assumed = ["wind in the log: calm assumed"] if wind is None else []
     assumed += ["altitude of home in the log"] if home_amsl_m is None else []
-    message = f"{record.source}: no {' and no '.join(assumed)}"
-    return setup, [CONDITIONS_ASSUMED.finding(message)] if assumed else []
+    messages = [*leant, f"{record.source}: no {' and no '.join(assumed)}"][
+        : len(leant) + bool(assumed)
+    ]
+    return setup, [CONDITIONS_ASSUMED.finding(message) for message in messages]
 
 
 FIRMWARE_OLDER = Rule(

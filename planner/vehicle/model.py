@@ -499,7 +499,8 @@ class VehicleModel(Part):
     airspeed_limit_m_s: Annotated[
         float | None,
         Key(
-            "highest airspeed the vehicle can hold, at its lean limit; only as it was held",
+            "highest airspeed the vehicle can hold, at its lean limit: as it was held, or as the lean "
+            "of its flights tells within 3 %",
             "m/s",
             POSITIVE,
         ),

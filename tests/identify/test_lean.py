@@ -14,9 +14,11 @@ from planner.identify.refinement import refine_vehicle
 from planner.report.endurance import refinement_text
 from planner.report.text import Medium
 from planner.values import replace
+from planner.vehicle.declared import Interval
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
+    from planner.identify.refinement import Refinement
     from planner.logs.record import FlightRecord
 
 SPAN = 200
@@ -56,17 +58,29 @@ def test_the_airspeed_at_the_greatest_lean_angle_is_that_of_the_vehicle() -> Non
     assert found.drag_exponent == pytest.approx(1.4, abs=0.005)
 
 
+def test_less_lean_tells_the_limit_where_the_exponent_of_the_drag_is_known() -> None:
+    found = identified_lean([flight((5.0, 10.0, 5.0), (10.0, 29.0, 12.0))])
+    exponent = math.log(math.tan(math.radians(29.0)) / math.tan(math.radians(10.0))) / math.log(2.0)
+    assert found.drag_exponent == pytest.approx(exponent, abs=0.005)
+    more = math.tan(math.radians(30.0)) / math.tan(math.radians(29.0))
+    assert found.airspeed_limit_m_s == pytest.approx(10.0 * more ** (1.0 / exponent), abs=0.01)
+
+
 @pytest.mark.parametrize(
-    "last",
+    "flown",
     [
-        (10.0, 30.0, 10.0),  # as fast as it was to be
-        (10.0, 29.0, 12.0),  # something else holds it back
+        ((4.0, lean_deg(4.0), 4.0),),  # one airspeed: any exponent
+        ((2.5, lean_deg(2.5), 2.5), (4.0, lean_deg(4.0), 4.0)),  # far from the limit
     ],
 )
-def test_a_vehicle_that_was_not_at_its_limit_has_none(last: tuple[float, float, float]) -> None:
-    found = identified_lean([flight((5.0, 10.0, 5.0), last)])
+def test_from_far_less_lean_only_what_is_sure_is_known(
+    flown: tuple[tuple[float, float, float], ...],
+) -> None:
+    found = identified_lean([flight(*flown)])
     assert found.airspeed_limit_m_s is None
     assert found.drag_exponent is None
+    more = (10.0 / 4.0) ** 1.4
+    assert found.sure_airspeed_m_s == pytest.approx(4.0 * math.sqrt(more), abs=0.01)
 
 
 def test_without_the_parameter_nobody_knows_the_limit() -> None:
@@ -121,17 +135,32 @@ def test_with_another_lean_angle_the_airspeed_is_another(
     assert replace(model, airspeed_limit_lean_deg=None).airspeed_limit_at(1.0) == 10.0
 
 
-@pytest.mark.parametrize(
-    ("last", "limit_m_s"), [((10.0, 30.0, 12.0), 10.0), ((10.0, 29.0, 12.0), None)]
-)
-def test_a_refined_model_is_held_to_what_its_flight_was_held_to(
-    last: tuple[float, float, float], limit_m_s: float | None
-) -> None:
-    vehicle = load_vehicle("holybro-x500-v2")
-    record = flight((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0), last)
+def refined(*flown: tuple[float, float, float]) -> Refinement:
+    record = flight(*flown)
     samples = np.ones(record.time_s.size)
     record = replace(record, power_w=250.0 * samples, voltage_v=15.0 * samples)
-    refined = refine_vehicle(vehicle, [record])
-    assert refined.model.airspeed_limit_m_s == limit_m_s
+    return refine_vehicle(load_vehicle("holybro-x500-v2"), [record])
+
+
+def test_a_refined_model_is_held_to_what_its_flight_was_held_to() -> None:
+    found = refined((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0), (10.0, 30.0, 12.0))
+    assert found.model.airspeed_limit_m_s == 10.0
     said = "Airspeed held to 10.0 m/s at 30° of lean."
-    assert (said in refinement_text(refined, medium=Medium())) is (limit_m_s is not None)
+    assert said in refinement_text(found, medium=Medium())
+
+
+def test_the_airspeeds_of_a_data_sheet_end_where_the_lean_is_not_sure_to_hold_them() -> None:
+    # flown by ArduCopter's simulator: 8.66° at 3.98 m/s; it leans 30° at 10.2 m/s, the sheet has 14.4
+    found = refined((3.98, 8.66, 4.0))
+    assert load_vehicle("holybro-x500-v2").valid_for.speed_m_s == Interval(low=0.0, high=14.4)
+    sure = 3.98 * math.sqrt(math.tan(math.radians(30.0)) / math.tan(math.radians(8.66)))
+    shown = found.model.valid_for.speed_m_s
+    assert shown is not None
+    assert shown.high == pytest.approx(sure, abs=0.01)
+    assert found.model.airspeed_limit_m_s is None
+
+
+def test_a_vehicle_that_leans_little_keeps_the_airspeeds_of_its_data_sheet() -> None:
+    # the square of 4 m/s grows to 14.4 m/s under 30° up to 2.54°
+    found = refined((4.0, 2.5, 4.0))
+    assert found.model.valid_for.speed_m_s == Interval(low=0.0, high=14.4)

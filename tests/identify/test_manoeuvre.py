@@ -5,9 +5,17 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
+from made_record import make_record
 
-from planner.identify.manoeuvres import Manoeuvre, ReferenceForm, simulated_answers
+from planner.identify.manoeuvres import (
+    Manoeuvre,
+    ReferenceForm,
+    ResponseKind,
+    cut_manoeuvres,
+    simulated_answers,
+)
 from planner.physics.response import TransferFunction
+from planner.values import replace
 
 SYSTEM = TransferFunction(numerator=(0.4, 2.56), denominator=(1.0, 1.9, 2.56), delay_s=0.3)
 STEP_S = 0.1
@@ -115,3 +123,21 @@ def test_what_is_no_manoeuvre_is_refused(changes: dict[str, object], message: st
     }
     with pytest.raises(ValueError, match=message):
         Manoeuvre(**{**values, **changes})  # type: ignore[arg-type]  # lists are made arrays
+
+
+def test_in_wind_the_answer_to_a_command_of_speed_is_over_ground() -> None:
+    # commanded from 0 to 8 m/s over ground, against 3 m/s of wind
+    speed = np.repeat([0.0, 8.0], 200)
+    zero = np.zeros(speed.size)
+    record = make_record(
+        is_landed=np.zeros(speed.size, np.bool_),
+        reference_speed_m_s=speed,
+        ground_speed_m_s=speed,
+        velocity_north_m_s=speed,
+        velocity_east_m_s=zero,
+        airspeed_m_s=speed + 3.0,
+    )
+    for known in (record, replace(record, velocity_north_m_s=np.full(speed.size, np.nan))):
+        (cut,) = (one for one in cut_manoeuvres(known) if one.answer is ResponseKind.SPEED)
+        assert cut.manoeuvre is not None
+        assert cut.manoeuvre.answer[-1] == 8.0
