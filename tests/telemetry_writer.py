@@ -37,6 +37,7 @@ def copter_telemetry(
     epoch_s: float = EPOCH_S,
     writer: TelemetryWriter | None = None,
     vz_is_up: bool = False,
+    mav_autopilot: int = 3,
 ) -> TelemetryWriter:
     """Return the made flight as ArduCopter sends it, at five messages of a kind a second.
 
@@ -54,6 +55,8 @@ def copter_telemetry(
         A log to go on with.
     vz_is_up : bool, optional
         Whether climbs are positive, as ArduCopter sent them before 3.6.
+    mav_autopilot : int, optional
+        Who it is by its heartbeats; default ArduPilot.
     """
     log = writer or TelemetryWriter()
     log.add(
@@ -76,7 +79,7 @@ def copter_telemetry(
                 0,
             ),
             mavlink.MAVLink_heartbeat_message(
-                2, 3, 128 if is_armed else 0, 3, 4 if moment.is_airborne else 3, 3
+                2, mav_autopilot, 128 if is_armed else 0, 3, 4 if moment.is_airborne else 3, 3
             ),
             mavlink.MAVLink_sys_status_message(
                 0, 0, 0, 0, round(made.VOLTAGE_V * 1e3), shown_ca, 50, 0, 0, 0, 0, 0, 0

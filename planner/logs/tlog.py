@@ -389,7 +389,7 @@ def _recording(
         modes = modes_entered(heartbeats.time_s, names)
         base_modes = heartbeats.numbers["base_mode"].astype(np.int64)
         is_armed = heartbeats.events("base_mode", base_modes & _ARMED != 0)
-    series, remarks = _series(tables)
+    series, remarks = _series(tables, autopilot)
     begin_s, end_s = begin_and_end_s(tables)
     return Recording(
         file=file,
@@ -498,11 +498,17 @@ def _parameters(
     return tuple(parameters)
 
 
-def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
+def _series(
+    tables: Tables, autopilot: Autopilot | None
+) -> tuple[dict[str, Series], dict[str, str]]:
     marked = {
         name: _with_marks(table) if name in {_TARGET, _LOCAL_TARGET} else table
         for name, table in tables.items()
     }
+    if autopilot is Autopilot.ARDUPILOT:
+        # the waypoint it flies to, not what its controller follows (GCS_MAVLink_Copter.cpp,
+        # send_position_target_global_int)
+        marked.pop(_TARGET, None)
     if _POSITION in marked:
         marked[_POSITION] = marked[_POSITION].without_null_places("lat", "lon")
     series = quantity_series(marked, _QUANTITIES)

@@ -156,8 +156,11 @@ def test_the_mission_sent_is_the_mission_on_board(tmp_path: Path) -> None:
     assert record.mission_items[0].param1 == 4.0
 
 
-def test_positions_told_to_the_controller_are_references(tmp_path: Path) -> None:
-    log = copter_telemetry()
+@pytest.mark.parametrize("mav_autopilot", [12, 3])
+def test_positions_told_to_the_controller_are_references_of_px4(
+    mav_autopilot: int, tmp_path: Path
+) -> None:
+    log = copter_telemetry(mav_autopilot=mav_autopilot)
     for number, moment in enumerate(made.moments(5.0)):
         target = mavlink.MAVLink_position_target_global_int_message(
             round(moment.time_s * 1e3), 6, 0, 470010000, 80000000, 15.0, 3.0, 4.0, -1.0,
@@ -167,6 +170,9 @@ def test_positions_told_to_the_controller_are_references(tmp_path: Path) -> None
         frames.add(EPOCH_S + moment.time_s, target)
         log.frames.insert(1 + number * 6, frames.frames[0])
     [record] = _read(tmp_path, log.content())
+    if record.autopilot is Autopilot.ARDUPILOT:  # it tells the waypoint that it flies to
+        assert not record.quantity("reference_height_m").is_found
+        return
     assert record.reference_height_m == pytest.approx(15.0)
     # A thousandth of a degree of latitude at 47°: 111.176 m.
     assert record.reference_north_m == pytest.approx(111.176, abs=0.01)
