@@ -239,3 +239,31 @@ def test_landings_end_on_the_ground_they_were_meant_for(height_m: float, ground_
     below_s = max(-ground_m, 0.0) * (1.0 / 0.7 - 1.0 / 1.5)
     # Slow over 10 m and below home, crawling over one, landed.
     assert least < descent < least + 8.5 + 5.0 + 5.0 + below_s
+
+
+@pytest.mark.parametrize(
+    ("change", "risen_s"),
+    [
+        # Flown by PX4's simulator from the items' beginnings: 5 m above the ground after 4.05 to 4.46 s of
+        # six climbs by the defaults, and after 3.74 and 3.83 s at 2 m/s with a ramp of 1 s.
+        ({}, 4.3),
+        ({"climb_speed_m_s": 2.0, "takeoff_ramp_s": 1.0, "acceleration_up_m_s2": 3.0}, 3.8),
+    ],
+)
+def test_a_climb_behind_a_landing_is_no_takeoff(change: dict[str, float], risen_s: float) -> None:
+    parameters = replace(PX4, **change)
+    motion = fly_px4((takeoff(25.0), land(), stage(StageKind.TAKEOFF, 0.0, 0.0, 25.0)), parameters)
+    landed_s = float(motion.segments.end_s[motion.done_segment][1])
+    times = np.arange(landed_s, landed_s + 10.0, 0.01)
+    above = np.flatnonzero(motion.state_at_time(times).height_m > 5.0)
+    assert times[above[0]] - landed_s == pytest.approx(risen_s, abs=0.3)
+
+
+@pytest.mark.parametrize("change", [{"spool_up_s": 5.0}, {"takeoff_speed_m_s": 0.5}])
+def test_what_slows_a_takeoff_does_not_slow_a_climb_behind_a_landing(
+    change: dict[str, float],
+) -> None:
+    again = (takeoff(25.0), land(), stage(StageKind.TAKEOFF, 0.0, 0.0, 25.0))
+    for parameters in (PX4, replace(PX4, **change)):
+        done = done_s(*again, parameters=parameters)
+        assert done[2] - done[1] == pytest.approx(13.0, abs=0.5)  # flown 11.6 to 13.0 s

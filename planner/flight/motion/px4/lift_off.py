@@ -69,12 +69,17 @@ def takeoff_acceleration_m_s2(parameters: Px4Parameters) -> float:
 
 
 @lru_cache(maxsize=64)  # asked for every motion again
-def lift_off(parameters: Px4Parameters, drag_per_s: float = RECORDED_DRAG_PER_S) -> LiftOff:
-    """Return how take-offs begin."""
+def lift_off(
+    parameters: Px4Parameters,
+    drag_per_s: float = RECORDED_DRAG_PER_S,
+    *,
+    is_behind_landing: bool = False,
+) -> LiftOff:
+    """Return how take-offs begin, or the climb to a waypoint from where the vehicle has landed."""
     p, most_m_s = parameters, parameters.climb_speed_max_m_s
     gain, integral = p.vertical_velocity_gain_per_s, p.vertical_integral_gain_per_s2
     ramp_s, slowest_m_s = max(p.takeoff_ramp_s, _STEP_S), -GRAVITY_M_S2 / gain
-    trajectory, pulse = _trajectory_m_s(p)
+    trajectory, pulse = _trajectory_m_s(p, is_behind_landing=is_behind_landing)
     mean_m_s = float(np.minimum(pulse, most_m_s).mean())
     # What went down is made good at the speed of the climb, at most.
     rising_s = len(trajectory) * _STEP_S
@@ -98,29 +103,52 @@ def lift_off(parameters: Px4Parameters, drag_per_s: float = RECORDED_DRAG_PER_S)
     )
 
 
-def _trajectory_m_s(parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+def relaunch_s(parameters: Px4Parameters, drag_per_s: float = RECORDED_DRAG_PER_S) -> float:
+    """Return the time from a waypoint's beginning on the ground to where its climb begins from rest. [s]
+
+    Behind a landing the motors run, and a waypoint is no take-off: thrust ramps up over MPC_TKO_RAMP_T, but
+    neither COM_SPOOLUP_TIME nor MPC_TKO_SPEED counts (``TakeoffHandling::updateTakeoffState``,
+    ``FlightTaskAuto::_updateTrajConstraints``).  Of its lateness the climb from rest has its own.
+    """
+    begun = lift_off(parameters, drag_per_s, is_behind_landing=True)
+    speed_m_s, jerk = begun.speed_m_s, parameters.jerk_m_s3
+    most = min(parameters.acceleration_up_m_s2, math.sqrt(speed_m_s * jerk))
+    own_s = 0.5 * (speed_m_s / most + most / jerk)
+    return max(begun.after_s + begun.late_s - own_s, 0.0)
+
+
+def _trajectory_m_s(
+    parameters: Px4Parameters, *, is_behind_landing: bool
+) -> tuple[FloatArray, FloatArray]:
     """Return the speed of the trajectory, step by step: as it begins, and what it repeats from there."""
-    p, speed_m_s = parameters, parameters.takeoff_speed_m_s
-    limit_m_s = _BRAKES_BEYOND * p.climb_speed_max_m_s
+    p, most = parameters, takeoff_acceleration_m_s2(parameters)
+    limit_m_s, speed_m_s = _BRAKES_BEYOND * p.climb_speed_max_m_s, p.takeoff_speed_m_s
+    if is_behind_landing:
+        most, speed_m_s = p.acceleration_up_m_s2, min(p.climb_speed_m_s, p.climb_speed_max_m_s)
+    jerk = p.jerk_m_s3
     if speed_m_s > limit_m_s:
-        return _to_a_stop(_ON_THE_GROUND_M_S, limit_m_s, p), _to_a_stop(0.0, limit_m_s, p)
-    rising, _ = _risen(_ON_THE_GROUND_M_S, speed_m_s, p)
+        return (
+            _to_a_stop(_ON_THE_GROUND_M_S, limit_m_s, most, jerk),
+            _to_a_stop(0.0, limit_m_s, most, jerk),
+        )
+    rising, _ = _risen(_ON_THE_GROUND_M_S, speed_m_s, most, jerk)
     return np.minimum(rising, speed_m_s), np.array([speed_m_s])
 
 
-def _risen(from_m_s: float, to_m_s: float, parameters: Px4Parameters) -> tuple[FloatArray, float]:
+def _risen(
+    from_m_s: float, to_m_s: float, most_m_s2: float, jerk_m_s3: float
+) -> tuple[FloatArray, float]:
     """Return the speed until it is at a higher one, step by step, and the acceleration there."""
-    most, jerk = takeoff_acceleration_m_s2(parameters), parameters.jerk_m_s3
-    time_s = np.arange(0.0, (to_m_s - from_m_s) / most + most / jerk + _STEP_S, _STEP_S)
-    rising = np.minimum(jerk * time_s, most)
+    lasts_s = (to_m_s - from_m_s) / most_m_s2 + most_m_s2 / jerk_m_s3
+    rising = np.minimum(jerk_m_s3 * np.arange(0.0, lasts_s + _STEP_S, _STEP_S), most_m_s2)
     speed = from_m_s + _STEP_S * np.cumsum(rising)
     reached = int(np.argmax(speed > to_m_s)) or len(speed) - 1
     return speed[: reached + 1], float(rising[reached])
 
 
-def _to_a_stop(from_m_s: float, to_m_s: float, parameters: Px4Parameters) -> FloatArray:
+def _to_a_stop(from_m_s: float, to_m_s: float, most_m_s2: float, jerk_m_s3: float) -> FloatArray:
     """Return the speed as it rises to where it brakes, and brakes to a full stop, step by step."""
-    speed, rising = _risen(from_m_s, to_m_s, parameters)
+    speed, rising = _risen(from_m_s, to_m_s, most_m_s2, jerk_m_s3)
     top_m_s = speed[-1] + rising**2 / (2.0 * _BRAKING_M_S3)
     most = math.sqrt(_BRAKING_M_S3 * top_m_s)
     time_s = np.arange(0.0, (rising + 2.0 * most) / _BRAKING_M_S3, _STEP_S)

@@ -10,7 +10,7 @@ import numpy as np
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import allowed_speed_m_s, braking_distance_m, half_b_m_s
 from planner.flight.motion.px4.laws import braked_speed_m_s
-from planner.flight.motion.px4.lift_off import lift_off
+from planner.flight.motion.px4.lift_off import RECORDED_DRAG_PER_S, lift_off, relaunch_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.values import replace
 
@@ -286,12 +286,14 @@ class Moves(Columns, eq=False):
         return replace(self, yaw_rad=np.where(self.yaw_rad == HOME_YAW, heading_rad, self.yaw_rad))
 
 
-def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves:
+def moves_of_stages(
+    stages: Sequence[Stage], parameters: Px4Parameters, *, drag_per_s: float = RECORDED_DRAG_PER_S
+) -> Moves:
     """Return the moves of a flight that begins on the ground at home.
 
     Splines, circles and set-downs, which PX4 refuses at upload, are flown straight to their place.
     """
-    navigator = _Navigator(parameters)
+    navigator = _Navigator(parameters, drag_per_s=drag_per_s)
     rows = [move for k, s in enumerate(stages) for move in navigator.moves(k, s)]
     return Moves.of(rows, parameters)
 
@@ -368,10 +370,16 @@ class _Navigator:
     """Where the vehicle is meant to be while stages are taken apart."""
 
     def __init__(
-        self, parameters: Px4Parameters, place_m: tuple[float, float, float] | None = None
+        self,
+        parameters: Px4Parameters,
+        place_m: tuple[float, float, float] | None = None,
+        *,
+        drag_per_s: float = RECORDED_DRAG_PER_S,
     ) -> None:
         self.parameters = parameters
         self.is_airborne = place_m is not None
+        self.drag_per_s = drag_per_s
+        self._has_landed = False
         self.east_m, self.north_m, self.height_m = place_m or (0.0, 0.0, 0.0)
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
         self._circle: tuple[float, float, float] | None = None
@@ -406,7 +414,7 @@ class _Navigator:
                 self.east_m, self.north_m = stage.east_m, stage.north_m
                 move = self._go(index, stage, is_stop=True, hold_s=0.0)
                 yield move._replace(seen_height_m=stage.height_m, yaw_rad=math.nan)
-                self.height_m, self.is_airborne = stage.height_m, False
+                self.height_m, self._has_landed = stage.height_m, True
                 hold_s = stage.hold_s
                 yield self._move(index, stage.item, hold_s=hold_s, is_stop=True, is_landing=True)
             case StageKind.RETURN:
@@ -491,6 +499,14 @@ class _Navigator:
                 is_seen = True
 
     def _take_off(self, index: int, stage: Stage) -> Iterator[Move]:
+        if self._has_landed:
+            # Behind a landing it is a waypoint: PX4 refuses a second take-off at upload.
+            self._has_landed = False
+            begins_s = relaunch_s(self.parameters, self.drag_per_s)
+            yield self._move(index, stage.item, hold_s=begins_s, is_stop=True)
+            self._place_at(stage)
+            yield self._go(index, stage)
+            return
         if not self.is_airborne:
             # Straight up from the ground; flying, a take-off item is a waypoint.
             self.height_m = stage.height_m

@@ -32,7 +32,7 @@ from planner.flight.motion.px4.landing import (
 )
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, add_weaves, steep_moves
 from planner.flight.motion.px4.legs import LEAST_REACH, fly_legs
-from planner.flight.motion.px4.lift_off import lift_off
+from planner.flight.motion.px4.lift_off import RECORDED_DRAG_PER_S, lift_off
 from planner.flight.motion.px4.moves import (
     Moves,
     heights_of_returns_m,
@@ -202,7 +202,9 @@ class Px4Pilot(Value):
         return way_m + passed_m(speed_m_s, braking_s, self.parameters, self.drag_per_s or 0.0)
 
     def _moves(self, stages: Sequence[Stage]) -> Moves:
-        moves = moves_of_stages(stages, self.parameters).armed_with(self.heading_rad)
+        drag_per_s = self.drag_per_s or RECORDED_DRAG_PER_S
+        moves = moves_of_stages(stages, self.parameters, drag_per_s=drag_per_s)
+        moves = moves.armed_with(self.heading_rad)
         if self.heading_rad is None:
             return moves
         return replace(moves, start_yaw_rad=np.full(len(moves.item), self.heading_rad))
