@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.mission.items import Home, MissionItem
-    from planner.vehicle.model import VehicleModel
 
 ARDUPILOT, PX4, STEP = Autopilot.ARDUPILOT, Autopilot.PX4, Autopilot.STEP
 GRIPPER = item(211, frame=2, params=(1.0, 0.0, 0.0, 0.0))
@@ -137,7 +136,7 @@ def test_its_energy_is_the_sum_of_its_parts_and_of_the_wait(
 
 
 def test_a_delivery_by_px4_takes_as_long_as_in_its_simulation() -> None:
-    # PX4 1.17 alpha, SIH: armed at 40.3 s, disarmed at 201.6 s; waypoints above two landings, 26.9 and 25 m on.
+    # PX4 1.17 alpha, SIH: armed at 40.3 s, disarmed at 201.6 s; two landings, 26.9 and 25 m on.
     legs = [
         one
         for north_m in (26.9, 51.9)
