@@ -110,6 +110,34 @@ UNSET_YAW = frozenset(
 )
 """Commands whose fourth parameter ArduPilot lets be no number; it refuses all others."""
 
+ROIS_BY_MODE = (Command.NAV_ROI, Command.DO_SET_ROI)
+"""Commands of a region of interest whose first parameter is a MAV_ROI."""
+ROI_LOCATION = 3
+_PX4_ROI_MODES = {True: frozenset({0, ROI_LOCATION}), False: frozenset({0, 1, 2})}
+"""MAV_ROI that PX4 takes with a place, and without: MAV_ROI_NONE, _WPNEXT, _WPINDEX, _LOCATION."""
+
+NEEDS_ALTITUDE = frozenset(
+    {
+        *(Command.NAV_WAYPOINT, Command.NAV_LOITER_UNLIM, Command.NAV_LOITER_TURNS),
+        *(Command.NAV_LOITER_TIME, Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT),
+        *(Command.NAV_LAND, Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND),
+        *(Command.NAV_ARC_WAYPOINT, Command.NAV_CONTINUE_AND_CHANGE_ALT, Command.NAV_PAYLOAD_PLACE),
+        *(Command.NAV_GUIDED_ENABLE, Command.DO_SET_HOME, Command.DO_RETURN_PATH_START),
+        *(
+            Command.DO_LAND_START,
+            Command.DO_GO_AROUND,
+            Command.DO_SET_ROI,
+            Command.DO_SET_ROI_LOCATION,
+        ),
+        Command.DO_GIMBAL_MANAGER_PITCHYAW,
+    }
+)
+"""Commands whose seventh parameter ArduPilot takes: all others may have no number there.
+
+Those it keeps as a place (``AP_Mission::stored_in_location``; 4.7.0-dev refuses just these at upload), and
+the gimbal's device, over which that build stops.
+"""
+
 
 class CommandDefinition(Value):
     """MAVLink's definition of one command."""
@@ -393,6 +421,14 @@ def support(
     else:
         taken = tables.px4_without_position if frame == Frame.MISSION else frozenset()
     return answer if command in taken else Support.REFUSED
+
+
+def px4_takes_roi(mode: float | None, frame: int) -> bool:
+    """Return whether PX4 takes one of `ROIS_BY_MODE` with a first parameter (``parse_mavlink_mission_item``).
+
+    Not a number is none on the processors it flies on.
+    """
+    return int(mode or 0.0) in _PX4_ROI_MODES[frame != Frame.MISSION]
 
 
 def px4_takes_off_after(command: int) -> bool:

@@ -18,11 +18,14 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import is_4_7
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
+    NEEDS_ALTITUDE,
     RELATIVE_FRAMES,
+    ROIS_BY_MODE,
     Command,
     Support,
     command_name,
     frame_name,
+    px4_takes_roi,
     support,
 )
 from planner.mission.items import MissionFormat
@@ -357,8 +360,8 @@ COMMAND_UNSUPPORTED = Rule(
     summary="The autopilot refuses or skips an item.",
     why="PX4 refuses the whole mission for one item it does not support; ArduPilot skips such items "
     "in flight.  Upload tools report success all the same (MAVSDK #2103).",
-    how="The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for others), against what "
-    "the autopilot's source accepts, in the version of --target.",
+    how="The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for others) and of a region of "
+    "interest its MAV_ROI, against what the autopilot's source accepts, in the version of --target.",
     fix="use commands the autopilot flies",
     instead="commands the autopilot flies, or --target",
 )
@@ -400,14 +403,31 @@ def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
         yield from remarks.findings()
 
 
+@judges(COMMAND_UNSUPPORTED, needs=(TARGET,))
+def _roi_refused(a: Assessment, target: Target) -> Iterator[Finding]:
+    if target.autopilot is not Autopilot.PX4:
+        return
+    remarks = Remarks()
+    for number, item in a.mission.numbered(*ROIS_BY_MODE):
+        taken = support(item.command, Autopilot.PX4, frame=item.frame) is not Support.REFUSED
+        if taken and not px4_takes_roi(item.param1, item.frame):
+            message = (
+                f"PX4 refuses {command_name(item.command)} with {item.param1:g} for parameter 1 in frame "
+                f"{item.frame} ({frame_name(item.frame)}), and the whole mission with it"
+            )
+            remarks.add(COMMAND_UNSUPPORTED, message, item=number, place=item.place)
+    yield from remarks.findings()
+
+
 VALUE_NOT_SET = Rule(
     "M112 value-not-set",
     Severity.ERROR,
     summary="ArduPilot refuses an item with a parameter that is not a number.",
     why="QGroundControl sends null as NaN.  PX4 reads it as 'not specified', ArduPilot refuses the "
     "item and with it the upload.",
-    how="Parameters 1 to 4 and the altitude of every item; only a heading may be unset, in "
-    "NAV_WAYPOINT, LOITER_UNLIM, LAND, TAKEOFF, ARC_WAYPOINT, VTOL_TAKEOFF and VTOL_LAND.",
+    how="Parameters 1 to 4 of every item, and the altitude of those that ArduPilot keeps as a place "
+    "(AP_Mission::stored_in_location); only a heading may be unset, in NAV_WAYPOINT, LOITER_UNLIM, LAND, "
+    "TAKEOFF, ARC_WAYPOINT, VTOL_TAKEOFF and VTOL_LAND.",
     fix="write 0 for it",
     instead="a mission with its values, or --target",
 )
@@ -419,22 +439,26 @@ def _value_not_set(a: Assessment, _target: Target) -> Iterator[Finding]:
     for number, item in enumerate(a.mission.items, start=1):
         values = _wanted_values(item.command)(item)
         if None in values:
-            names = [*(f"parameter {n}" for n in _wanted(item.command)), "the altitude"]
-            unset = names[values.index(None)]
+            unset = _wanted(item.command)[values.index(None)]
             message = f"ArduPilot refuses {command_name(item.command)} with {unset} not set"
             remarks.add(VALUE_NOT_SET, message, item=number, place=item.place)
     yield from remarks.findings()
 
 
-def _wanted(command: int) -> list[int]:
-    """Return which of the first four parameters of a command may not be NaN."""
-    return [n for n in range(1, 5) if n not in _MAY_BE_UNSET.get(command, ())]
+def _wanted(command: int) -> list[str]:
+    """Return which values of a command may not be NaN."""
+    numbers = [n for n in range(1, 5) if n not in _MAY_BE_UNSET.get(command, ())]
+    wanted = [f"parameter {n}" for n in numbers]
+    return [*wanted, "the altitude"] if command in NEEDS_ALTITUDE else wanted
 
 
 @cache
 def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, ...]]:
-    """Return what takes those parameters and the altitude from an item."""
-    return attrgetter(*(f"param{n}" for n in _wanted(command)), "altitude_m")
+    """Return what takes those values from an item."""
+    names = {"the altitude": "altitude_m"}
+    return attrgetter(
+        *(names.get(name, name.replace("parameter ", "param")) for name in _wanted(command))
+    )
 
 
 @judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT_TARGET,))

@@ -23,13 +23,16 @@ from planner.link.mission import (
 )
 from planner.mission.commands import (
     AMSL_FRAMES,
+    NEEDS_ALTITUDE,
     RELATIVE_FRAMES,
+    ROIS_BY_MODE,
     TERRAIN_FRAMES,
     UNSET_YAW,
     Command,
     Frame,
     Support,
     has_location,
+    px4_takes_roi,
     support,
 )
 from planner.mission.formats.fence_items import FENCE_COMMANDS
@@ -140,18 +143,28 @@ def refusal(
     """Return with what an autopilot refuses an item at upload; ``None`` if it takes it."""
     if autopilot is Autopilot.ARDUPILOT and (wrong := _no_number(item)) is not None:
         return wrong
+    if kind is not MissionKind.MISSION:
+        return _refused_area(item, kind, autopilot)
+    known = support(item.command, autopilot, frame=item.frame, version=version)
+    if autopilot is Autopilot.PX4 and has_location(item.command) and item.frame in TERRAIN_FRAMES:
+        return MissionResult.UNSUPPORTED_FRAME
+    if known is Support.REFUSED:
+        return MissionResult.UNSUPPORTED
+    return _refused_roi(item) if autopilot is Autopilot.PX4 else None
+
+
+def _refused_area(item: WireItem, kind: MissionKind, autopilot: Autopilot) -> MissionResult | None:
     if kind is MissionKind.FENCE:
         return None if item.command in FENCE_COMMANDS else MissionResult.UNSUPPORTED
-    if kind is MissionKind.RALLY:
-        if item.command != Command.NAV_RALLY_POINT:
-            return MissionResult.UNSUPPORTED
-        is_taken = autopilot is Autopilot.PX4 or item.frame in RELATIVE_FRAMES  # above home alone
-        return None if is_taken else MissionResult.UNSUPPORTED_FRAME
-    is_place = has_location(item.command)
-    if autopilot is Autopilot.PX4 and is_place and item.frame in TERRAIN_FRAMES:
-        return MissionResult.UNSUPPORTED_FRAME
-    known = support(item.command, autopilot, frame=item.frame, version=version)
-    return MissionResult.UNSUPPORTED if known is Support.REFUSED else None
+    if item.command != Command.NAV_RALLY_POINT:
+        return MissionResult.UNSUPPORTED
+    is_taken = autopilot is Autopilot.PX4 or item.frame in RELATIVE_FRAMES  # above home alone
+    return None if is_taken else MissionResult.UNSUPPORTED_FRAME
+
+
+def _refused_roi(item: WireItem) -> MissionResult | None:
+    is_taken = item.command not in ROIS_BY_MODE or px4_takes_roi(item.param1, item.frame)
+    return None if is_taken else MissionResult.INVALID_PARAM1
 
 
 def _no_number(item: WireItem) -> MissionResult | None:
@@ -161,7 +174,7 @@ def _no_number(item: WireItem) -> MissionResult | None:
         MissionResult.INVALID_PARAM2: item.param2,
         MissionResult.INVALID_PARAM3: item.param3,
         MissionResult.INVALID_PARAM4: 0.0 if item.command in UNSET_YAW else item.param4,
-        MissionResult.INVALID_PARAM7: item.z,
+        MissionResult.INVALID_PARAM7: item.z if item.command in NEEDS_ALTITUDE else 0.0,
     }
     return next((wrong for wrong, value in values.items() if not math.isfinite(value)), None)
 

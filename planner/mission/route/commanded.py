@@ -13,6 +13,8 @@ from planner.mission.commands import (
     PARACHUTE_OFF,
     PARACHUTE_ON,
     RELATIVE_FRAMES,
+    ROI_LOCATION,
+    ROIS_BY_MODE,
     Command,
     CommandEffect,
     Frame,
@@ -43,9 +45,6 @@ _FENCE_ACTIONS = {int(action): action for action in FenceAction}
 
 DESCENT = 3.0
 """First parameter of DO_CHANGE_SPEED for that of a descent."""
-ROIS_BY_MODE = (Command.NAV_ROI, Command.DO_SET_ROI)
-"""Commands of a region of interest whose first parameter is a MAV_ROI."""
-_ROI_LOCATION = 3.0
 FASTEST_M_S = 1000.0
 _DELIVERED_M_S = {"climb": 2.5, "descent": 1.5}
 """WPNAV_SPEED_UP and WPNAV_SPEED_DN as delivered."""
@@ -302,7 +301,7 @@ def look_at(state: MissionState, item: MissionItem) -> None:
         state.looks_at_deg = None
         if item.command == Command.DO_SET_ROI_LOCATION:
             state.looks_at_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
-        elif item.command in ROIS_BY_MODE and item.param1 == _ROI_LOCATION:
+        elif item.command in ROIS_BY_MODE and int(item.param1 or 0.0) == ROI_LOCATION:
             state.looks_at_deg = (0.0, 0.0)
     pass_by(state, item)
 

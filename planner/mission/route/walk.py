@@ -11,6 +11,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import (
     LANDINGS,
+    ROIS_BY_MODE,
     TAKEOFFS,
     TERRAIN_FRAMES,
     Command,
@@ -368,7 +369,7 @@ _HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
     Command.DO_PARACHUTE: commanded.switch_parachute,
     **dict.fromkeys(
         (
-            *commanded.ROIS_BY_MODE,
+            *ROIS_BY_MODE,
             Command.DO_SET_ROI_LOCATION,
             Command.DO_SET_ROI_WPNEXT_OFFSET,
             Command.DO_SET_ROI_NONE,
