@@ -97,6 +97,9 @@ class Battery(Part):
     max_c_rate: Annotated[
         float | None, Key("highest current over the charge of the new battery", "1/h", POSITIVE)
     ] = None
+    label_factor: float | None = None
+    """Of the curve over what a voltmeter shows without load: it is scaled so that the energy is that of a
+    label; ``None``: it is not.  No key of a file. [-]"""
 
     def inconsistencies(self) -> Problems:
         """Yield what does not fit together."""

@@ -75,7 +75,7 @@ class FlownPack(Value):
     def charge_at_rest(self, voltage_v: float) -> float:
         """Return the state of charge that a voltage without load means. [-]
 
-        By the curve of its kind of cell, which no label scales, else by its own.
+        By the curve of its kind of cell, else by its own; no label scales either.
 
         Raises
         ------
@@ -130,7 +130,8 @@ def high_resistance_ohm(battery: Battery, temperature_c: float) -> float | None:
 def rest_curve(battery: Battery) -> RestCurve | None:
     """Return the curve a voltmeter sees on a battery without load; ``None``: it is not known.
 
-    A curve of a kind of cell, scaled so that the energy is that of a label, is taken as the cells have it.
+    A label scales what the battery holds, not what it shows: a curve that was scaled to one is taken as the
+    cells, or the flights, have it.
     """
     if battery.ocv_soc is None or battery.ocv_v is None:
         return None
@@ -142,7 +143,7 @@ def rest_curve(battery: Battery) -> RestCurve | None:
             scale = volts / cells_v
             if float(np.ptp(scale)) < _SAME_CURVE:
                 return RestCurve(kind.ocv_soc, cells_v, is_assumed=True)
-    return RestCurve(battery.ocv_soc, volts, is_assumed=False)
+    return RestCurve(battery.ocv_soc, volts / (battery.label_factor or 1.0), is_assumed=False)
 
 
 def lowest_voltage_v(battery: Battery) -> float:
@@ -254,6 +255,7 @@ def _like(given: Battery, own: Battery) -> FlownPack:
         "ocv_v": None if own.ocv_v is None else tuple(volts * one for one in own.ocv_v),
         "cutoff_voltage_v": None if own.cutoff_voltage_v is None else volts * own.cutoff_voltage_v,
         "max_c_rate": own.max_c_rate,
+        "label_factor": None if own.ocv_v is None else volts * _cells_over(own, given, cells),
     }
     known = {name: value for name, value in scaled.items() if value is not None}
     assumed = ""
@@ -263,6 +265,14 @@ def _like(given: Battery, own: Battery) -> FlownPack:
         if times != "1.00":
             assumed += f", with {times} times the charge"
     return FlownPack(battery=replace(given, **known), assumed=assumed)
+
+
+def _cells_over(own: Battery, given: Battery, cells: int | None) -> float:
+    """Return how many cells in series a battery has over a labelled one, 1 where that is unknown."""
+    full_v = 0.0 if own.ocv_v is None else own.ocv_v[-1]
+    has = own.cells_in_series or cells_of_full_voltage(full_v) or cells_of_voltage(own.voltage_v)
+    labelled = cells or cells_of_voltage(given.voltage_v)
+    return 1.0 if has is None or labelled is None else has / labelled
 
 
 def _by_voltage(given: Battery) -> FlownPack:
