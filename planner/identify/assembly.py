@@ -520,12 +520,14 @@ def _with_drag_that_shows(
 ) -> VehicleModel:
     """Return the model with its drag where that predicts the times flown better, else without.
 
-    Noise of the position looks like drag: what lags behind it is the estimate, not the vehicle.
+    Noise of the position looks like drag: what lags behind it is the estimate, not the vehicle.  Asked
+    without a limit of the airspeed: one flight held at it, predicted too slow with both, is not to decide.
     """
     without = replace(model, drag_per_s=None)
-    if squared_time_errors(without, records, settings) <= squared_time_errors(
-        model, records, settings
-    ):
+    free = replace(model, airspeed_limit_m_s=None, airspeed_limit_lean_deg=None, drag_exponent=None)
+    if squared_time_errors(
+        replace(free, drag_per_s=None), records, settings
+    ) <= squared_time_errors(free, records, settings):
         return without
     reading = (
         f"drag_per_s is {drag.value:.3f} ± {drag.error:.3f} 1/s, from how far the vehicle lags "

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.identify.segments import climb_rate_m_s, is_steady, run_bounds, speed_through_air_m_s
 from planner.identify.uncertainty import rounded
+from planner.units import GRAVITY_M_S2
 from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -35,6 +36,8 @@ _DRAG_ERROR = 0.03
 """Of the drag of a steady leg, relative: half a degree in fifteen. [-]"""
 _LIMIT_ERROR = 0.03
 """Most that the airspeed at the greatest lean is off by where less lean tells it. [-]"""
+_AHEAD_RAD = math.radians(45.0)
+"""Between heading and course, in the mean, up to which the nose points along the way."""
 _SHORTEST_S = 5.0
 """Of steady flight; the airspeed is that of its second half, for it is approached exponentially. [s]"""
 
@@ -43,10 +46,10 @@ class LeanFlight(Value):
     """What flights show of how a vehicle leans against its drag."""
 
     airspeed_limit_m_s: float | None
-    """Airspeed at the greatest lean angle: the lowest held there, else by the drag at less; ``None``: not
-    known."""
+    """Lowest airspeed held at the greatest lean angle, else the fastest flown; ``None``: how much it leans
+    there is not known well enough to tell the limit."""
     limit_lean_deg: float | None
-    """That angle, by the parameters of the flight. [°]"""
+    """The angle of that airspeed. [°]"""
     drag_exponent: float | None
     """Power of the airspeed that the drag goes by; ``None``: not shown. [-]"""
     sure_airspeed_m_s: float | None = None
@@ -57,9 +60,13 @@ class _Lean(NamedTuple):
     """Steady level flight."""
 
     airspeed_m_s: float
+    drag: float
+    """Over the weight: the level thrust, less what still speeds the vehicle up. [-]"""
     lean_rad: float
     limit_rad: float | None
     is_held_back: bool
+    is_ahead: bool
+    """Whether the nose points along the way, as on the legs of missions; trim and frame drag otherwise."""
 
     @property
     def is_at_limit(self) -> bool:
@@ -76,11 +83,11 @@ def identified_lean(
     """Return what flights show of lean and drag; where they show no limit, all that a base model gives.
 
     The limit is the lowest airspeed at it: where the wind is not known, it is over ground, and a headwind
-    takes off it what a tailwind adds.  Where it was not come to, it is what the drag at the fastest gives,
-    if its exponent tells that within 3 %.
+    takes off it what a tailwind adds.  Where it was not come to, it is the fastest that was flown, at the
+    lean that the drag of all flights has there, if that tells the airspeed at the limit within 3 %.
     """
     steady = [one for record in records for one in _steady(record)]
-    law = _drag_exponent(steady)
+    law = _DragLaw.of([one for one in steady if one.is_ahead]) or _DragLaw.of(steady)
     held = min((one for one in steady if one.is_at_limit), default=None)
     if held is not None and held.limit_rad is not None:
         return _limited(held.airspeed_m_s, held.limit_rad, law)
@@ -93,9 +100,12 @@ def identified_lean(
     fastest = max((one for one in steady if one.limit_rad is not None), default=None)
     if fastest is None or fastest.limit_rad is None:
         return LeanFlight(airspeed_limit_m_s=None, limit_lean_deg=None, drag_exponent=None)
-    more = max(math.tan(fastest.limit_rad) / math.tan(fastest.lean_rad), 1.0)
-    if law is not None and math.log(more) * law.error / law.exponent**2 <= _LIMIT_ERROR:
-        return _limited(fastest.airspeed_m_s * more ** (1.0 / law.exponent), fastest.limit_rad, law)
+    most = math.tan(fastest.limit_rad)
+    if law is not None and law.error_at(most) <= _LIMIT_ERROR:
+        lean_rad = min(math.atan(law.drag(fastest.airspeed_m_s)), fastest.limit_rad)
+        airspeed_m_s = min(fastest.airspeed_m_s, law.airspeed_m_s(most))
+        return _limited(airspeed_m_s, lean_rad, law)
+    more = max(most / fastest.drag, 1.0)
     return LeanFlight(
         airspeed_limit_m_s=None,
         limit_lean_deg=None,
@@ -105,10 +115,56 @@ def identified_lean(
 
 
 class _DragLaw(NamedTuple):
-    """Power of the airspeed that a drag goes by, between that of rotors and that of a body."""
+    """Drag by a power of the airspeed, between that of rotors and that of a body."""
 
+    log_drag: float
+    """Logarithm of the drag over the weight where that of the airspeed is ``log_airspeed``."""
+    log_airspeed: float
     exponent: float
-    error: float
+    deviation: float
+    """Of the logarithm of a drag. [-]"""
+    spread: float
+    """Root of the sum of squares of the logarithms of the airspeeds. [-]"""
+    legs: int
+
+    @classmethod
+    def of(cls, steady: Sequence[_Lean]) -> _DragLaw | None:
+        """Return the law by least squares of logarithms; ``None`` of airspeeds too much alike.
+
+        The rotors' part of the drag goes by the airspeed, that of the body by its square.
+        """
+        speed = np.array([one.airspeed_m_s for one in steady])
+        if not len(speed) or speed.max() < _APART * speed.min():
+            return None
+        x, y = np.log(speed), np.log([one.drag for one in steady])
+        away = x - x.mean()
+        square = float(away @ away)
+        exponent = float(np.clip(away @ y / square, 1.0, 2.0))
+        left = y - y.mean() - exponent * away
+        deviation = math.sqrt(float(left @ left) / max(len(x) - 2, 1))
+        return cls(
+            log_drag=float(y.mean()),
+            log_airspeed=float(x.mean()),
+            exponent=exponent,
+            deviation=max(deviation, _DRAG_ERROR),
+            spread=math.sqrt(square),
+            legs=len(x),
+        )
+
+    def drag(self, airspeed_m_s: float) -> float:
+        """Return the drag over the weight at an airspeed. [-]"""
+        away = math.log(airspeed_m_s) - self.log_airspeed
+        return math.exp(self.log_drag + self.exponent * away)
+
+    def airspeed_m_s(self, drag: float) -> float:
+        """Return the airspeed of a drag over the weight. [m s⁻¹]"""
+        return math.exp(self.log_airspeed + (math.log(drag) - self.log_drag) / self.exponent)
+
+    def error_at(self, drag: float) -> float:
+        """Return how far, relative, that airspeed may be off: a standard error. [-]"""
+        away = math.log(self.airspeed_m_s(drag)) - self.log_airspeed
+        leverage = math.sqrt(1.0 / self.legs + (away / self.spread) ** 2)
+        return self.deviation / self.exponent * leverage
 
 
 def _limited(airspeed_m_s: float, lean_rad: float, law: _DragLaw | None) -> LeanFlight:
@@ -116,24 +172,6 @@ def _limited(airspeed_m_s: float, lean_rad: float, law: _DragLaw | None) -> Lean
         airspeed_limit_m_s=rounded(airspeed_m_s, 4),
         limit_lean_deg=rounded(math.degrees(lean_rad), 4),
         drag_exponent=None if law is None else rounded(law.exponent, 3),
-    )
-
-
-def _drag_exponent(steady: Sequence[_Lean]) -> _DragLaw | None:
-    """Return the exponent by least squares of logarithms.
-
-    The rotors' part of the drag goes by the airspeed, that of the body by its square.
-    """
-    speed = np.array([one.airspeed_m_s for one in steady])
-    if not len(speed) or speed.max() < _APART * speed.min():
-        return None
-    logarithms, drag = np.log(speed), np.log(np.tan([one.lean_rad for one in steady]))
-    line = np.polyfit(logarithms, drag, 1)
-    scatter = float(np.sum(np.square(drag - np.polyval(line, logarithms))))
-    deviation = math.sqrt(scatter / max(len(speed) - 2, 1))
-    spread = math.sqrt(float(np.sum(np.square(logarithms - logarithms.mean()))))
-    return _DragLaw(
-        exponent=float(np.clip(line[0], 1.0, 2.0)), error=max(deviation, _DRAG_ERROR) / spread
     )
 
 
@@ -159,13 +197,22 @@ def _steady(record: FlightRecord) -> Iterator[_Lean]:
     lean_rad = np.arccos(np.cos(roll) * np.cos(pitch))
     airspeed = speed_through_air_m_s(record)
     commanded, ground_speed = record.reference_speed_m_s, record.ground_speed_m_s
+    course_rad = np.arctan2(record.velocity_east_m_s, record.velocity_north_m_s)
+    turned = np.exp(1j * (np.radians(record.yaw_deg) - course_rad))
+    beside = np.abs(np.angle(turned))
     for part in level_parts(record):
-        yield _Lean(
-            airspeed_m_s=float(airspeed[part].mean()),
-            lean_rad=float(lean_rad[part].mean()),
-            limit_rad=limit_rad,
-            is_held_back=bool(ground_speed[part].mean() < _HELD_BACK * commanded[part].mean()),
-        )
+        gained_m_s2 = float(np.polyfit(record.time_s[part], airspeed[part], 1)[0])
+        mean_rad = float(lean_rad[part].mean())
+        drag = math.tan(mean_rad) - gained_m_s2 / GRAVITY_M_S2
+        if drag > 0.0:
+            yield _Lean(
+                airspeed_m_s=float(airspeed[part].mean()),
+                drag=drag,
+                lean_rad=mean_rad,
+                limit_rad=limit_rad,
+                is_held_back=bool(ground_speed[part].mean() < _HELD_BACK * commanded[part].mean()),
+                is_ahead=not beside[part].mean() > _AHEAD_RAD,
+            )
 
 
 def _lean_angle_max_rad(record: FlightRecord) -> float | None:

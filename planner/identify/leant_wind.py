@@ -20,6 +20,7 @@ import numpy as np
 
 from planner import quantity
 from planner.identify.lean import level_parts
+from planner.units import GRAVITY_M_S2
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -92,14 +93,18 @@ def _shown_wind_m_s(record: FlightRecord) -> tuple[float, float] | None:
     """Return the wind to the north and to the east, by least squares; ``None``: no lean shows one."""
     from scipy.optimize import least_squares
 
-    columns = np.stack(
-        (*_level_thrust(record), record.velocity_north_m_s, record.velocity_east_m_s)
-    )
-    means = [columns[:, part].mean(axis=1) for part in level_parts(record)]
-    known = [mean for mean in means if np.isfinite(mean).all()]
+    parts = level_parts(record)
+    moved = np.stack([record.velocity_north_m_s, record.velocity_east_m_s])
+    leant = np.stack(_level_thrust(record))
+    known = [part for part in parts if np.isfinite([moved[:, part], leant[:, part]]).all()]
     if len(known) < 2:
         return None
-    lean, velocity = np.hsplit(np.array(known), 2)
+    velocity = np.array([moved[:, part].mean(axis=1) for part in known])
+    lean = np.array([leant[:, part].mean(axis=1) for part in known])
+    # of the thrust, what still speeds the vehicle up is no drag
+    lean -= [
+        np.polyfit(record.time_s[part], moved[:, part].T, 1)[0] / GRAVITY_M_S2 for part in known
+    ]
 
     def errors(unknown: FloatArray) -> FloatArray:
         wind_m_s, log_drag, exponent = unknown[:2], unknown[2], unknown[3]

@@ -62,8 +62,37 @@ def test_less_lean_tells_the_limit_where_the_exponent_of_the_drag_is_known() -> 
     found = identified_lean([flight((5.0, 10.0, 5.0), (10.0, 29.0, 12.0))])
     exponent = math.log(math.tan(math.radians(29.0)) / math.tan(math.radians(10.0))) / math.log(2.0)
     assert found.drag_exponent == pytest.approx(exponent, abs=0.005)
-    more = math.tan(math.radians(30.0)) / math.tan(math.radians(29.0))
-    assert found.airspeed_limit_m_s == pytest.approx(10.0 * more ** (1.0 / exponent), abs=0.01)
+    # what was flown is sure, at the lean that its drag asks for; beyond it the exponent tells
+    assert found.airspeed_limit_m_s == pytest.approx(10.0)
+    assert found.limit_lean_deg == pytest.approx(29.0, abs=0.01)
+
+
+def test_the_limit_is_that_of_legs_flown_nose_first() -> None:
+    # ArduCopter's simulator, calm: 29.3° at 10.0 m/s of legs flown nose first, 26.5° of a return flown
+    # tail first; held to 10.21 m/s at 30°
+    legs = [(3.98, 8.7, 4.0), (6.99, 18.6, 7.0), (8.98, 25.6, 9.0), (10.02, 26.5, 10.0)]
+    record = flight(*legs)
+    yaw_deg = np.zeros(record.time_s.size)
+    yaw_deg[-SPAN:] = 180.0
+    found = identified_lean([replace(record, yaw_deg=yaw_deg)])
+    assert found.airspeed_limit_m_s == pytest.approx(10.02)
+    assert found.limit_lean_deg == pytest.approx(29.3, abs=0.2)
+
+
+def test_what_still_speeds_a_vehicle_up_is_no_drag() -> None:
+    # 0.2 m/s² of 9.81 are 0.0204 of the weight; 8 m/s in the middle of the second half
+    steady = flight((8.0, lean_deg(8.0), 8.0))
+    speed = 8.0 + 0.2 * 0.1 * (np.arange(SPAN) - 0.75 * SPAN)
+    leant_deg = math.degrees(math.atan(math.tan(math.radians(lean_deg(8.0))) + 0.2 / 9.80665))
+    gaining = replace(
+        steady,
+        ground_speed_m_s=speed,
+        velocity_north_m_s=speed,
+        pitch_deg=np.full(SPAN, -leant_deg),
+    )
+    sure = [identified_lean([one]).sure_airspeed_m_s for one in (steady, gaining)]
+    assert sure[0] == pytest.approx(8.0 * math.sqrt((10.0 / 8.0) ** 1.4), abs=0.01)
+    assert sure[1] == pytest.approx(sure[0], abs=0.02)
 
 
 @pytest.mark.parametrize(
