@@ -361,6 +361,7 @@ def assemble_model(
         findings += differing
     lean = identified_lean(records, base)
     drag = identify_drag(records) if reference is Autopilot.PX4 else None
+    of_base = base.drag_per_s if base is not None and reference is Autopilot.PX4 else None
     mass_kg = settings.own_mass_kg
     findings += [*_reported(outcomes, settings, mass_kg), *_vehicles(records)]
     readings = [
@@ -386,7 +387,7 @@ def assemble_model(
         airspeed_limit_lean_deg=lean.limit_lean_deg,
         drag_exponent=lean.drag_exponent,
         position_noise_m=noise_m,
-        drag_per_s=None if drag is None else float(f"{drag.value:.4g}"),
+        drag_per_s=of_base if drag is None else float(f"{drag.value:.4g}"),
         hover=power.hover,
         cruise=power.cruise,
         vertical=power.vertical,
@@ -404,7 +405,7 @@ def assemble_model(
     spread: ModelSpread | None = None
     on_step("predicting each flight by the others")
     if drag is not None:
-        model = _with_drag_that_shows(model, drag, records, settings)
+        model = _with_drag_that_shows(model, drag, of_base, records, settings)
     if reference is not Autopilot.STEP:
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
@@ -515,18 +516,19 @@ def _narrowed(
 def _with_drag_that_shows(
     model: VehicleModel,
     drag: Estimate,
+    known_per_s: float | None,
     records: Sequence[FlightRecord],
     settings: IdentificationSettings,
 ) -> VehicleModel:
-    """Return the model with its drag where that predicts the times flown better, else without.
+    """Return the model with its drag where that predicts the times flown better, else with that known.
 
     Noise of the position looks like drag: what lags behind it is the estimate, not the vehicle.  Asked
     without a limit of the airspeed: one flight held at it, predicted too slow with both, is not to decide.
     """
-    without = replace(model, drag_per_s=None)
+    without = replace(model, drag_per_s=known_per_s)
     free = replace(model, airspeed_limit_m_s=None, airspeed_limit_lean_deg=None, drag_exponent=None)
     if squared_time_errors(
-        replace(free, drag_per_s=None), records, settings
+        replace(free, drag_per_s=known_per_s), records, settings
     ) <= squared_time_errors(free, records, settings):
         return without
     reading = (

@@ -15,6 +15,7 @@ from planner.autopilot import Autopilot
 from planner.identify.assembly import IdentificationSettings
 from planner.identify.identification import identify_vehicle
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.reader import vehicle_from_toml
 from planner.vehicle.writer import vehicle_text
 
@@ -26,7 +27,9 @@ STEP_S = 0.1
 
 
 @cache
-def identified(autopilot: Autopilot, damping: float | None = None) -> VehicleModel:
+def identified(
+    autopilot: Autopilot, damping: float | None = None, base: VehicleModel | None = None
+) -> VehicleModel:
     """Return the model of a vehicle behind its reference by a lag, or swinging about it."""
     time_s = np.arange(0.0, 420.0, STEP_S)
     # four times up to 8 m/s in 4 s, 40 s there, down in 4 s, 50 s of rest
@@ -49,7 +52,9 @@ def identified(autopilot: Autopilot, damping: float | None = None) -> VehicleMod
         ),
         autopilot=autopilot,
     )
-    settings = IdentificationSettings(name="lagging", date=dt.date(2026, 1, 2), version="1")
+    settings = IdentificationSettings(
+        name="lagging", date=dt.date(2026, 1, 2), version="1", base=base
+    )
     return identify_vehicle([record], settings).model
 
 
@@ -73,3 +78,12 @@ def test_px4_is_taken_to_fly_its_references() -> None:
 
 def test_what_swings_about_a_shaped_reference_is_not_used() -> None:
     assert identified(Autopilot.ARDUPILOT, 0.05).responses.speed is None
+
+
+def test_the_drag_that_flights_do_not_tell_is_that_of_the_base() -> None:
+    base = load_vehicle("px4-sih-quad")
+    assert base.drag_per_s is None
+    for drag_per_s in (None, 1.05):
+        known = replace(base, drag_per_s=drag_per_s)
+        assert identified(Autopilot.PX4, base=known).drag_per_s == drag_per_s
+    assert identified(Autopilot.PX4).drag_per_s is None
