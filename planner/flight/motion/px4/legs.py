@@ -159,6 +159,8 @@ class PlannedLegs(Columns, eq=False):
     """From there on to the target. (n,) [m]"""
     final_level_m_s: FloatArray
     final_upright_m_s: FloatArray
+    before_m_s: FloatArray
+    """Horizontal speed at which the place before is to be passed. (n,) [m s⁻¹]"""
     pause_s: FloatArray
     """Wait before the move begins, for the heading. (n,) [s]"""
     is_leg: BoolArray
@@ -219,6 +221,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         tail_m=tail,
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
+        before_m_s=np.append(0.0, final_level[:-1]),
         pause_s=pauses_s(moves, direction),
         is_leg=is_leg,
         is_wait=is_wait,

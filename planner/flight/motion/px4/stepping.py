@@ -28,6 +28,8 @@ _STEPPED = 1024
 """Legs remembered: a flight is planned in several rounds."""
 
 Vector = tuple[float, float, float]
+Knot = tuple[int, Vector, Vector]
+"""Steps gone, place and velocity."""
 
 
 class AxisLimits(NamedTuple):
@@ -63,9 +65,16 @@ class SteppedLeg(NamedTuple):
     down: AxisLimits
     jerk_m_s3: float
     period_s: float
+    is_turn: bool = False
+    """Whether it is over as soon as the vehicle speeds up towards its target no more."""
     back_m_s: float | None = None
     """Horizontal speed at the target once it is behind, flown to straight (``State::target_behind``); None:
     the line to it is kept."""
+
+    @property
+    def judged_s(self) -> float:
+        """When in a step it is judged what to do in it: PX4's steps are shorter than those of turns. [s]"""
+        return 0.5 * self.period_s if self.is_turn else 0.0
 
 
 class Swung(Value, eq=False):
@@ -95,10 +104,8 @@ def stepped(swing: SteppedLeg) -> Swung:
     line = _unit(_minus(swing.begins_m))
     side = math.copysign(1.0, _across(line, _less(swing.place_m, swing.begins_m)))
     steps, held_m_s, is_upward = 0, swing.held_m_s, swing.place_m[2] < 0.0
-    turned, astray_m, reached, knots = 0, 0.0, -1, []
-    # A velocity that swings past the target is aligned with it, too, but for less than that.
+    turned, astray_m, reached, knots, gained = 0, 0.0, -1, [], (0.0, 0.0)
     period_s = swing.period_s
-    settling = 2.0 * swing.level.acceleration_m_s2 / swing.jerk_m_s3 / period_s
     kept = round(_KNOT_S / period_s)
     while steps * period_s < LONGEST_S:
         place, velocity = _state(axes)
@@ -111,10 +118,14 @@ def stepped(swing: SteppedLeg) -> Swung:
         if is_new or steps % kept == 0:
             knots.append((steps, place, velocity))
         if swing.hold_s is None:
-            if is_new or steps - turned > settling:
+            gained, before = _gained_m_s2(axes, velocity), gained
+            if is_new or _is_turned(swing, steps - turned, gained, before[0]):
                 break
         elif reached >= 0 and (steps - reached) * period_s >= swing.hold_s:
             break
+        place, velocity = _later(axes, swing.judged_s)
+        to_go = _minus(place)
+        left_m, speed = math.hypot(*to_go[:2]), math.hypot(*velocity[:2])
         vertical = swing.up if is_upward else swing.down
         is_past = swing.back_m_s is not None and line[0] * to_go[0] + line[1] * to_go[1] < 0.0
         final_m_s = swing.back_m_s if swing.back_m_s is not None and is_past else swing.final_m_s[0]
@@ -131,9 +142,10 @@ def stepped(swing: SteppedLeg) -> Swung:
         is_upward = wanted[2] > 0.0
         _advance(axes, wanted, swing, swing.up if is_upward else swing.down)
         steps += 1
-    place, velocity = _state(axes)
     if knots[-1][0] != steps:
-        knots.append((steps, place, velocity))
+        knots.append((steps, *_state(axes)))
+    if swing.is_turn and reached < 0:
+        knots = _straightened(knots, kept, swing)
     east, north, height = axes
     return Swung(
         reached_s=(reached if reached >= 0 else steps) * period_s,
@@ -142,6 +154,57 @@ def stepped(swing: SteppedLeg) -> Swung:
         velocity_m_s=np.array([one[2] for one in knots]),
         acceleration_m_s2=(east.a, north.a, height.a),
         astray_m=astray_m,
+    )
+
+
+def _gained_m_s2(axes: tuple[_Axis, ...], velocity_m_s: Vector) -> tuple[float, float]:
+    """Return the horizontal acceleration along a velocity, and how much of it is across."""
+    east, north, _ = _unit((velocity_m_s[0], velocity_m_s[1], 0.0))
+    along = east * axes[0].a + north * axes[1].a
+    return along, abs(east * axes[1].a - north * axes[0].a)
+
+
+def _is_turned(
+    swing: SteppedLeg, steps: int, gained_m_s2: tuple[float, float], before_m_s2: float
+) -> bool:
+    """Return whether a leg goes on straight from where it has headed for its target for some steps.
+
+    A velocity that swings past the target is aligned with it, too, but for less than a change of acceleration
+    from one side to the other takes.  One that speeds up more than it turns does not swing past; it speeds up
+    less only to keep its speed, or to brake again, which a straight knows from there on.
+    """
+    along, aside = gained_m_s2
+    is_settled = steps * swing.period_s > 2.0 * swing.level.acceleration_m_s2 / swing.jerk_m_s3
+    if not swing.is_turn:
+        return is_settled
+    return (is_settled and along >= 0.0) or (steps > 1 and aside < along < before_m_s2)
+
+
+def _straightened(knots: list[Knot], kept: int, swing: SteppedLeg) -> list[Knot]:
+    """Return places of which the last is left straight towards the target.
+
+    What is across its way then dies away before, which takes the longer, the more it is.
+    """
+    steps, place, velocity = knots[-1]
+    left_m = math.hypot(*place[:2]) + _ZERO
+    speed = -(place[0] * velocity[0] + place[1] * velocity[1]) / left_m
+    towards = -place[0] * speed / left_m, -place[1] * speed / left_m, -place[2] * speed / left_m
+    dying_s = 2.0 * math.sqrt(math.dist(velocity, towards) / swing.jerk_m_s3)
+    last = steps - max(kept, dying_s / swing.period_s)
+    first = [one for one in knots[:-1] if one[0] <= last]
+    return [*(first or knots[:1]), (steps, place, towards)]
+
+
+def _later(axes: tuple[_Axis, ...], time_s: float) -> tuple[Vector, Vector]:
+    """Return place and velocity after a time at the accelerations there are."""
+    east, north, height = axes
+    return (
+        (
+            east.x + time_s * (east.v + 0.5 * time_s * east.a),
+            north.x + time_s * (north.v + 0.5 * time_s * north.a),
+            height.x + time_s * (height.v + 0.5 * time_s * height.a),
+        ),
+        (east.v + time_s * east.a, north.v + time_s * north.a, height.v + time_s * height.a),
     )
 
 
