@@ -13,7 +13,7 @@ from planner.errors import LogFileError
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.segments import find_states
-from planner.logs.record import AUTO, AUTO_MISSION, LoggedItem
+from planner.logs.record import AUTO, AUTO_MISSION, Boundary, LoggedItem
 from planner.mission.commands import Command
 from planner.mission.items import (
     Home,
@@ -240,6 +240,8 @@ class FlownWindow(Value):
     findings: tuple[Finding, ...]
     is_begun_running: bool = False
     """Whether the mission was begun with the motors running: what they take to be is no part of it."""
+    breaks_off: bool = False
+    """Whether the log ends in the air before the mission does: its last item is recorded in part."""
 
 
 OFF_GROUND_M = 1.0
@@ -271,8 +273,22 @@ FLIGHT_CUT = Rule(
     "part of it.",
     how="The flight begins where the mission begins if that is on the ground, of several times the last, "
     "and ends with it if the mission does not land; reported from more than 2 s on.  Motors that run already "
-    "are not waited for: of the prediction counts as much on the ground as was flown.",
+    "are not waited for: of the prediction counts as much on the ground as was flown.  Where a log ends in "
+    "the air in the middle of its mission, both are compared up to the last item that both begin in the air.",
     fix="nothing",
+)
+
+
+BROKEN_OFF_EARLY = Rule(
+    "R209 broken-off-early",
+    Severity.WARNING,
+    summary="A log breaks off before half of its mission is flown.",
+    why="What was not recorded is no error of the prediction, and a take-off and a leg say little of how far "
+    "whole flights are from it.",
+    how="The log ends in the air in the middle of its mission, and the last item that the flight and its "
+    "prediction both begin in the air is due in the first half of the predicted time, or there is none.  "
+    "Such a flight tells nothing of the times of the model.",
+    fix="verify with flights recorded to their ends",
 )
 
 
@@ -316,6 +332,11 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
     flown = cut_record(record, begin, end)
     before_s = float(record.time_s[begin])
     after_s = record.duration_s - before_s - flown.duration_s
+    breaks_off = (
+        end == record.time_s.size
+        and record.ends_with is Boundary.LOG
+        and not bool(record.is_landed[-1])
+    )
     cut = [(before_s, "before"), (after_s, "after")]
     left_out = " and ".join(f"{time_s:.1f} s {where}" for time_s, where in cut if time_s > _LEAST_S)
     if left_out:
@@ -327,6 +348,7 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
         after_s=max(after_s, 0.0),
         findings=tuple(findings),
         is_begun_running=begin > 0,
+        breaks_off=breaks_off,
     )
 
 

@@ -454,6 +454,8 @@ def left_out_spread(
     how = "from their missions alone"
     if any(one.time_s is None for one in compared):
         how = "from their missions alone, or along the motion flown"
+    if broken_off := sum(bool(one.legs_s) and one.landing_s is None for one in compared):
+        how += f", {broken_off} up to the last item in the log"
     return fit_spread(
         compared,
         source=f"{len(compared)} flights, predicted {how}; each left out tells how far to trust that",
@@ -529,7 +531,7 @@ def _compare(
 def compared_flight(one: Verification) -> FlownAndPredicted | None:
     """Return a flight with its prediction, cut where both begin an item of the mission.
 
-    ``None`` where it was not flown by its mission.
+    Of a log that breaks off, up to the last such item.  ``None`` where it was not flown by its mission.
     """
     if not one.is_of_mission:
         return None
@@ -538,7 +540,8 @@ def compared_flight(one: Verification) -> FlownAndPredicted | None:
     start_s, foreseen_start_s = (float(one.time_s[lift_off(one)]) for one in (flown, foreseen))
     begin = start_s, foreseen_start_s
     cuts = [begin, *begun_in_both(flown, foreseen, begin)]
-    cuts.append((flown.duration_s, foreseen.duration_s))
+    if not one.breaks_off:
+        cuts.append((flown.duration_s, foreseen.duration_s))
     parts = [(end[0] - start[0], end[1] - start[1]) for start, end in pairwise(cuts)]
     flown_j: dict[FlightState, float] = defaultdict(float)
     predicted_j: dict[FlightState, float] = defaultdict(float)
@@ -552,8 +555,8 @@ def compared_flight(one: Verification) -> FlownAndPredicted | None:
                 predicted_j[kind] += energy_j
     stops = [(s.measured_m, s.predicted_m) for s in one.stops if s.predicted_m]
     return FlownAndPredicted(
-        legs_s=parts[:-1],
-        landing_s=parts[-1],
+        legs_s=parts if one.breaks_off else parts[:-1],
+        landing_s=None if one.breaks_off else parts[-1],
         flown_energy_j=flown_j,
         predicted_energy_j=predicted_j,
         flown_stops_m=tuple(measured_m for measured_m, _ in stops),

@@ -16,6 +16,8 @@ from planner.flight.pilot import flight_parameters, habits_of, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.identify.flown_mission import (
     BEGUN_IN_AIR,
+    BROKEN_OFF_EARLY,
+    FLIGHT_CUT,
     MISSION_LEFT,
     cut_record,
     flown_heading_deg,
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.prediction import Flight
+    from planner.identify.flown_mission import FlownWindow
     from planner.identify.log_table import LogConditions
     from planner.identify.segments import StateSegment
     from planner.logs.record import FlightRecord
@@ -416,6 +419,8 @@ def rms_difference(
     return float(np.sqrt(np.mean((measured[known] - expected[known]) ** 2)))
 
 
+_LEAST_RECORDED = 0.5
+"""Fraction of the predicted time up to which a flight is to be recorded to tell of whole flights. [-]"""
 _WHOLE = 0.95
 """Fraction of the flight the power is known for, under which the energy is doubtful. [-]"""
 
@@ -459,8 +464,9 @@ class Figures(Value):
     """Horizontal length of the track. [m]"""
 
 
-NOT_FLOWN = frozenset((MISSION_LEFT.code, BEGUN_IN_AIR.code))
-"""Findings of flights that were not flown by their mission: their errors are not the model's."""
+NOT_FLOWN = frozenset((MISSION_LEFT.code, BEGUN_IN_AIR.code, BROKEN_OFF_EARLY.code))
+"""Findings of flights that were not flown, or not recorded, by their mission: their errors are not the
+model's."""
 
 
 class Verification(Shown):
@@ -480,7 +486,7 @@ class Verification(Shown):
     cut_before_s: float
     """Time armed before the mission that is not compared. [s]"""
     cut_after_s: float
-    """Time armed after the mission that is not compared. [s]"""
+    """Time armed after the mission, or after what both begin of one broken off, that is not compared. [s]"""
     parts: tuple[PartTime, ...]
     states: tuple[StateComparison, ...]
     stops: tuple[Stop, ...]
@@ -493,10 +499,12 @@ class Verification(Shown):
     """The flight, cut to what is compared."""
     foreseen: FlightRecord
     """The prediction in the same form."""
+    breaks_off: bool = False
+    """Whether the log ends in the air before the mission does: both end where their last item begins."""
 
     @property
     def is_of_mission(self) -> bool:
-        """Whether what was flown is what the mission asks for, from the ground on."""
+        """Whether what was flown is what the mission asks for, from the ground on, and was recorded."""
         return not any(finding.code in NOT_FLOWN for finding in self.findings)
 
     @property
@@ -557,11 +565,16 @@ def verify_flight(
     flight = predict_flight(route, setup, pilot)
     window = flown_window(record, mission, route)
     foreseen = predicted_record(flight, window.flown)
-    waited_wh = 0.0
+    left_out_wh, distance_m = 0.0, float(flight.motion.segments.distance_m.sum())
     if window.is_begun_running:
         waited = max(lift_off(foreseen) - lift_off(window.flown), 0)
-        waited_wh = energy_wh(foreseen, slice(waited + 1)) or 0.0
+        left_out_wh = energy_wh(foreseen, slice(waited + 1)) or 0.0
         foreseen = cut_record(foreseen, waited, foreseen.time_s.size)
+    if window.breaks_off:
+        whole = foreseen
+        window, foreseen = _up_to_last_begun(window, foreseen)
+        left_out_wh += energy_wh(whole, slice(foreseen.time_s.size - 1, None)) or 0.0
+        distance_m = track_length_m(foreseen) or 0.0
     at_s = predicted_times_s(window.flown, foreseen)
     if not vehicle.is_power_known:
         foreseen = replace(foreseen, power_w=np.full(foreseen.time_s.size, np.nan))
@@ -579,8 +592,8 @@ def verify_flight(
         ),
         predicted=Figures(
             time_s=foreseen.duration_s,
-            energy_wh=wh_from_j(flight.energy_j) - waited_wh if vehicle.is_power_known else None,
-            distance_m=float(flight.motion.segments.distance_m.sum()) + flight.motion.wander_m,
+            energy_wh=wh_from_j(flight.energy_j) - left_out_wh if vehicle.is_power_known else None,
+            distance_m=distance_m + flight.motion.wander_m * foreseen.duration_s / flight.time_s,
         ),
         cut_before_s=window.before_s,
         cut_after_s=window.after_s,
@@ -603,7 +616,42 @@ def verify_flight(
         ),
         flown=window.flown,
         foreseen=foreseen,
+        breaks_off=window.breaks_off,
     )
+
+
+def _up_to_last_begun(
+    window: FlownWindow, foreseen: FlightRecord
+) -> tuple[FlownWindow, FlightRecord]:
+    """Return a flight that breaks off and its prediction up to the last item that both begin in the air.
+
+    What was not recorded is no error of the prediction.  Both as they are where they begin none.
+    """
+    flown, whole_s = window.flown, foreseen.duration_s
+    left_ground_s = float(flown.time_s[lift_off(flown)]), float(foreseen.time_s[lift_off(foreseen)])
+    begun = begun_in_both(flown, foreseen, left_ground_s)
+    findings = list(window.findings)
+    after_s = window.after_s
+    if begun:
+        flown, foreseen = (
+            replace(cut_record(one, 0, int(np.searchsorted(one.time_s, at_s)) + 1), duration_s=at_s)
+            for one, at_s in zip((flown, foreseen), begun[-1], strict=True)
+        )
+        left_out_s = window.flown.duration_s - flown.duration_s
+        after_s += left_out_s
+        message = (
+            f"{flown.source}: the log breaks off in the air: compared up to where item "
+            f"{flown.mission_item[-1]} begins, {left_out_s:.1f} s from there on are left out"
+        )
+        findings.append(FLIGHT_CUT.finding(message))
+    compared_s = begun[-1][1] if begun else 0.0
+    if compared_s < _LEAST_RECORDED * whole_s:
+        message = (
+            f"{flown.source}: the log breaks off in the air: {compared_s:.1f} of {whole_s:.1f} s predicted "
+            "can be compared"
+        )
+        findings.append(BROKEN_OFF_EARLY.finding(message))
+    return replace(window, flown=flown, after_s=after_s, findings=tuple(findings)), foreseen
 
 
 def _flown_by(record: FlightRecord, vehicle: VehicleModel) -> Autopilot:

@@ -316,7 +316,7 @@ def _summary_lines(verifications: Sequence[Verification]) -> list[str]:
     flown = [one for one in verifications if one.is_of_mission]
     if 0 < len(flown) < len(verifications):
         left_out = quantity.count(len(verifications) - len(flown), "flight")
-        lines.append(f"without {left_out} that did not fly the mission:")
+        lines.append(f"without {left_out} not flown by the mission, or not recorded far enough:")
     for name in ("time", "energy"):
         errors = [getattr(one, f"{name}_fraction") for one in flown or verifications]
         sizes = [abs(error) for error in errors if error is not None]

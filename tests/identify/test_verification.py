@@ -9,9 +9,10 @@ from made_record import make_record
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, UsageError
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.flown_mission import flown_heading_deg
+from planner.identify.flown_mission import cut_record, flown_heading_deg
+from planner.identify.spread import compared_flight
 from planner.identify.verification import KnownConditions, Verification, find_stops, verify_flight
-from planner.logs.record import FlightRecord, LoggedHome, LoggedItem
+from planner.logs.record import Boundary, FlightRecord, LoggedHome, LoggedItem
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
@@ -257,6 +258,73 @@ def test_motors_that_run_already_when_the_mission_begins_are_not_waited_for(
     assert verified.is_of_mission
     assert verified.predicted.time_s == pytest.approx(verified.measured.time_s, abs=0.11)
     assert verified.energy_fraction == pytest.approx(0.0, abs=1e-3)
+
+
+def _broken_off(record: FlightRecord, item: int, more: int) -> FlightRecord:
+    """Return a record whose log ends so many samples behind the one at which an item begins."""
+    end = int(np.argmax(record.mission_item == item)) + 1 + more
+    return replace(cut_record(record, 0, end), ends_with=Boundary.LOG)
+
+
+@pytest.mark.parametrize(("item", "more"), [(4, 0), (4, 200), (5, 0), (5, 100)])
+def test_what_a_broken_off_log_does_not_hold_is_no_error(
+    flown: FlightRecord, item: int, more: int
+) -> None:
+    """As it begins an item, 20 s later, and 10 s into the landing: both up to where that item begins."""
+    verified = verify_flight(_broken_off(flown, item, more), ARTICLE, CALM)
+    begun_s = 0.1 * float(np.argmax(flown.mission_item == item))
+    assert verified.breaks_off
+    assert verified.is_of_mission
+    assert verified.measured.time_s == pytest.approx(begun_s)
+    assert verified.cut_after_s == pytest.approx(0.1 * more, abs=0.11)
+    assert verified.time_fraction == pytest.approx(0.0, abs=1e-9)
+    assert verified.energy_fraction == pytest.approx(0.0, abs=5e-3)
+    # 556 m out, and back before the landing; wandering with the noise of the speed adds nothing here
+    assert verified.predicted.distance_m == pytest.approx(556.0 * (item - 3), rel=0.05)
+    [finding] = [finding for finding in verified.findings if finding.code == "R205"]
+    assert f"compared up to where item {item} begins" in finding.message
+    compared = compared_flight(verified)
+    assert compared is not None
+    assert compared.landing_s is None
+    assert compared.time_error == pytest.approx(0.0, abs=1e-9)
+    assert compared.energy_error == pytest.approx(0.0, abs=5e-3)
+
+
+def test_what_a_broken_off_flight_lost_before_is_an_error_still(flown: FlightRecord) -> None:
+    hover = int(np.flatnonzero(flown.mission_item == 3)[-1])  # 20 s more before item 4
+    waited = np.concatenate(
+        [np.arange(hover), np.full(200, hover), np.arange(hover, flown.time_s.size)]
+    )
+    columns = {name: column[waited] for name, column in flown.columns().items()}
+    columns["time_s"] = np.arange(float(waited.size)) * 0.1
+    late = replace(flown, **columns, duration_s=flown.duration_s + 20.0)
+    verified = verify_flight(_broken_off(late, 4, 100), ARTICLE, CALM)
+    predicted_s = 0.1 * float(np.argmax(flown.mission_item == 4))
+    assert verified.time_fraction == pytest.approx(predicted_s / (predicted_s + 20.0) - 1.0)
+    compared = compared_flight(verified)
+    assert compared is not None
+    assert sum(flown_s - s for flown_s, s in compared.legs_s) == pytest.approx(20.0)
+
+
+def test_a_log_that_ends_on_the_ground_or_disarmed_is_whole(flown: FlightRecord) -> None:
+    """Logs that stop before disarming, behind the landing; and motors that are cut in the air."""
+    landed = flown.is_landed.copy()
+    landed[-1] = True
+    in_air = replace(flown, is_landed=np.zeros(flown.time_s.size, np.bool_))
+    for whole in (replace(flown, is_landed=landed, ends_with=Boundary.LOG), in_air):
+        verified = verify_flight(whole, ARTICLE, CALM)
+        assert not verified.breaks_off
+        assert verified.measured.time_s == pytest.approx(flown.duration_s)
+    assert verify_flight(replace(in_air, ends_with=Boundary.LOG), ARTICLE, CALM).breaks_off
+
+
+def test_a_log_that_breaks_off_early_tells_nothing_of_times(flown: FlightRecord) -> None:
+    """In the take-off no item is begun in the air; behind it one is, in the first half of the flight."""
+    for more in (-1, 0, 200):
+        verified = verify_flight(_broken_off(flown, 2, more), ARTICLE, CALM)
+        assert not verified.is_of_mission
+        assert compared_flight(verified) is None
+        assert "R209" in {finding.code for finding in verified.findings}
 
 
 def test_firmware_before_the_one_that_is_predicted_is_named(flown: FlightRecord) -> None:

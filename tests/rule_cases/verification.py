@@ -9,9 +9,9 @@ import numpy as np
 from made_record import make_record
 from rule_cases.case import ARDUPILOT, STEP, RuleCases, vehicle_of
 
-from planner.identify.flown_mission import lift_off
+from planner.identify.flown_mission import cut_record, lift_off
 from planner.identify.verification import KnownConditions, verify_flight
-from planner.logs.record import LoggedHome, LoggedItem
+from planner.logs.record import Boundary, LoggedHome, LoggedItem
 from planner.physics.wind import Wind
 from planner.values import replace
 
@@ -101,6 +101,16 @@ def begun(samples: int) -> tuple[Finding, ...]:
     return by_hand(lift_off(flown()) - 1 + samples, first=0)
 
 
+def broken_off(samples: int) -> tuple[Finding, ...]:
+    """Return what is reported of a log that breaks off so many samples behind the last before item 3.
+
+    Item 2 begins in the first half of the predicted time, item 3, the landing from 100 m, in the second.
+    """
+    end = int(np.argmax(flown().mission_item == 3)) + samples
+    record = replace(cut_record(flown(), 0, end), ends_with=Boundary.LOG)
+    return verify_flight(record, vehicle_of(STEP), KnownConditions(wind=CALM)).findings
+
+
 def of_firmware(version: str) -> tuple[Finding, ...]:
     """Return what is reported of a flight by a version of ArduCopter."""
     record = replace(
@@ -142,4 +152,5 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: of_firmware("4.1.0"),
         silent=lambda: of_firmware("4.6.0"),
     ),
+    "R209": RuleCases(fires=lambda: broken_off(0), boundary=lambda: broken_off(1), silent=reported),
 }
