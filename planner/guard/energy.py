@@ -146,6 +146,8 @@ class BatteryMeter:
         self._usable_wh = prediction.usable_wh
         self._resistance_ohm = prediction.battery.resistance_ohm(prediction.temperature_c)
         self._start = start
+        self._over = max((start.remaining_fraction or 0.0) - prediction.charge, 0.0)
+        """What the vehicle's percentage counts from is above the charge by so much. [-]"""
 
     def energy_left(self, reading: BatteryState) -> EnergyLeft | None:
         """Return the energy left by a reading; ``None`` where it holds nothing.
@@ -168,7 +170,7 @@ class BatteryMeter:
             taken = (reading.consumed_ah - start.consumed_ah) / capacity_ah
             found.append(("charge count", self._at(self._charge - taken), 0.0))
         if reading.remaining_fraction is not None:
-            left_wh = self._at(reading.remaining_fraction)
+            left_wh = self._at(reading.remaining_fraction - self._over)
             found.append(("the vehicle's percentage", left_wh, step_wh))
         if not found:
             fraction = self._voltage_fraction(reading)

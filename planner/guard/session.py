@@ -105,6 +105,8 @@ class VehicleWatch:
         """State of charge: as it is on the ground, as it was at arming in the air. [-]"""
         self.voltage_v: float | None = None
         """Likewise, but for what the voltage of one and the same battery wanders by. [V]"""
+        self.before_arming: BatteryState | None = None
+        """As it was measured when the vehicle was last disarmed."""
         self.fingerprints: dict[VehiclePart, str] = {}
         self.is_armed = False
 
@@ -135,11 +137,14 @@ class VehicleWatch:
             self.home = home
         return (self._read(VehiclePart.HOME, repr(self.home)),)
 
-    def take_battery(self, received: Message, voltage_v: float | None) -> tuple[Event, ...]:
+    def take_battery(self, received: Message, state: VehicleState) -> tuple[Event, ...]:
         """Keep charge and voltage that a SYS_STATUS or the first battery's BATTERY_STATUS reports."""
         percent = received["battery_remaining"]
         if received.fields.get("id", 0) != 0:
             return ()
+        voltage_v = None if state.battery is None else state.battery.voltage_v
+        if state.is_armed is False:
+            self.before_arming = state.battery
         # In the air the battery at the start is what the check is about.
         if 0 <= percent <= 100:
             self._charges[received.name] = percent / 100.0
@@ -473,8 +478,7 @@ class GuardSession:
             case "HOME_POSITION" | "GLOBAL_POSITION_INT":
                 return self._watch.take_home(state)
             case "BATTERY_STATUS" | "SYS_STATUS":
-                voltage_v = None if state.battery is None else state.battery.voltage_v
-                return self._watch.take_battery(received, voltage_v)
+                return self._watch.take_battery(received, state)
         return ()
 
     def _refuse_silence(self) -> None:
@@ -658,7 +662,7 @@ def _with_charge(state: VehicleState, watch: VehicleWatch) -> VehicleState:
         voltage_v=watch.voltage_v,
         current_a=None,  # of now, as in the air; on the ground next to nothing flows
     )
-    return replace(state, battery=battery, home=watch.home)
+    return replace(state, battery=battery, before_arming=watch.before_arming, home=watch.home)
 
 
 def _energy_details(state: EnergyState | None) -> dict[str, object]:

@@ -134,6 +134,15 @@ class VehicleState(Value):
     """``None`` where no heartbeat was heard."""
     is_landed: bool | None = None
     """``None`` where it is not reported."""
+    before_arming: BatteryState | None = None
+    """The battery when it was last seen disarmed, of a vehicle that is followed."""
+
+    @property
+    def battery_at_rest(self) -> BatteryState | None:
+        """The battery while the motors stand; ``None`` where that was not seen."""
+        if self.before_arming is None and self.is_armed is False:
+            return self.battery
+        return self.before_arming
 
     @property
     def home_at_arming(self) -> Home | None:

@@ -22,7 +22,7 @@ from planner.quantity import mean_of
 from planner.rules.battery import BATTERY_VOLTAGE_DIFFERS
 from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
-from planner.vehicle.pack import measured_voltage_fits
+from planner.vehicle.pack import measured_voltage_fits, rest_curve
 from planner.vehicle.parameters.table import parameter_names
 
 if TYPE_CHECKING:
@@ -32,12 +32,14 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.link.logs import DownloadedLog, VehicleLog
     from planner.link.snapshot import VehicleSnapshot
-    from planner.link.telemetry import VehicleIdentity
+    from planner.link.telemetry import BatteryState
     from planner.link.vehicle import LinkRequest, OnProgress
     from planner.mission.compare import Difference
     from planner.mission.items import Home, Mission
     from planner.service.preflight import UnreadableMission
     from planner.setup import Setup
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.pack import ShownCharge
 
 
 def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = silent) -> VehicleSnapshot:
@@ -115,11 +117,28 @@ CHARGE_BELOW_GIVEN = Rule(
     summary="The vehicle reports less charge than the check was told.",
     why="A charge typed in the morning is that of another battery by noon; a guard that goes on by it lets "
     "half empty batteries take off.",
-    how="The charge of --charge against battery_remaining of BATTERY_STATUS or SYS_STATUS; 10 % of the full "
-    "charge less is allowed, as estimates by voltage are off.",
+    how="The charge of --charge against battery_remaining of BATTERY_STATUS or SYS_STATUS, and against what "
+    "the voltage says of a disarmed vehicle (V115); 10 % of the full charge less is allowed, as estimates by "
+    "voltage are off.",
     fix="leave --charge away, so that the vehicle's own counts, or correct what the autopilot takes for full "
     "and empty",
     instead="the charge that the vehicle reports, without --charge",
+)
+CHARGE_BY_VOLTAGE = Rule(
+    "V115 charge-by-voltage",
+    Severity.WARNING,
+    summary="The voltage of the vehicle's battery says clearly less charge than the vehicle does.",
+    why="ArduPilot counts from 100 % whenever it is switched on: a half-used battery that was plugged in is "
+    "a full one to it (AP_BattMonitor.cpp, capacity_remaining_pct: BATT_CAPACITY less what was counted).",
+    how="Disarmed (a guard: before it armed), the voltage of BATTERY_STATUS or SYS_STATUS, with the drop of "
+    "the current over the battery's resistance, is read on the open-circuit curve, as that of --charge "
+    "24.0V is.  More than 10 % of the full charge below battery_remaining, or below the full battery that is "
+    "assumed without it, it counts.  Granted before: 1 % of the voltage, which voltmeters, the cold and a "
+    "flight just landed take off; and, where the curve is only that of a kind of cell, as with a label, that "
+    "it is the other kind, lithium-ion or lithium-polymer.  Not of a battery without a curve; another "
+    "battery is E121.",
+    fix="charge the battery, or, where it is full, calibrate the voltage that the autopilot measures "
+    "(BATT_VOLT_MULT, BAT1_V_DIV)",
 )
 _CHARGE_SLACK = 0.1
 """A charge estimated by voltage is as far off without anything being wrong. [-]"""
@@ -141,17 +160,18 @@ def check_vehicle(
     findings = [*snapshot.findings, *_unused_settings(snapshot, setup)]
     if setup.battery is None and setup.vehicle.battery is None:
         findings += check_capacity(snapshot)
-    findings += check_voltage(snapshot, setup)
     taken: list[str] = []
-    reported = None if state.battery is None else state.battery.remaining_fraction
+    unlike = check_voltage(snapshot, setup)
+    findings += unlike
+    shown = None if unlike else _shown_charge(snapshot, setup)
     if is_charge_given:
-        findings += _check_charge(identity, reported, mean_of(setup.charge))
-    elif reported is None:
-        message = "charge not reported by the vehicle: full battery assumed"
-        findings.append(CHARGE_NOT_TOLD.finding(message))
+        findings += _check_charge(snapshot, shown, mean_of(setup.charge))
     else:
-        setup = replace(setup, charge=reported)
-        taken.append(f"charge {reported * 100:.0f} %")
+        charge, told = _told_charge(snapshot, shown)
+        findings += told
+        if charge is not None:
+            setup = replace(setup, charge=charge)
+            taken.append(f"charge {charge * 100:.0f} %")
     position = state.position
     if setup.heading_deg is None and not state.is_armed and position is not None:
         setup = replace(setup, heading_deg=position.heading_deg)
@@ -203,15 +223,61 @@ def _unused_settings(snapshot: VehicleSnapshot, setup: Setup) -> Iterator[Findin
         )
 
 
+def _reported_charge(snapshot: VehicleSnapshot) -> float | None:
+    battery = snapshot.state.battery
+    return None if battery is None else battery.remaining_fraction
+
+
 def _check_charge(
-    identity: VehicleIdentity, reported: float | None, given: float
+    snapshot: VehicleSnapshot, shown: ShownCharge | None, given: float
 ) -> Iterator[Finding]:
-    """Yield that a vehicle reports less charge than was given."""
-    if reported is None or reported >= given - _CHARGE_SLACK:
-        return
-    told, typed = quantity.percent(reported), quantity.percent(given)
-    message = f"{identity.label} reports {told} charge, --charge is {typed}"
-    yield CHARGE_BELOW_GIVEN.finding(message)
+    """Yield that a vehicle reports less charge than was given, or its voltage says so."""
+    vehicle, typed, least = snapshot.identity.label, quantity.percent(given), given - _CHARGE_SLACK
+    reported = _reported_charge(snapshot)
+    if reported is not None and reported < least:
+        message = f"{vehicle} reports {quantity.percent(reported)} charge, --charge is {typed}"
+        yield CHARGE_BELOW_GIVEN.finding(message)
+    elif shown is not None and shown.most < least:
+        message = f"{vehicle} measures {_by_voltage(shown)}; --charge is {typed}"
+        yield CHARGE_BELOW_GIVEN.finding(message)
+
+
+def _told_charge(
+    snapshot: VehicleSnapshot, shown: ShownCharge | None
+) -> tuple[float | None, tuple[Finding, ...]]:
+    """Return the charge that a vehicle tells, ``None`` for none, and what is wrong with it."""
+    vehicle, reported = snapshot.identity.label, _reported_charge(snapshot)
+    full = 1.0 if reported is None else reported
+    if shown is not None and shown.most < full - _CHARGE_SLACK:
+        but = (
+            "reports no charge" if reported is None else f"reports {quantity.percent(full)} charge"
+        )
+        message = f"{vehicle} {but}, but measures {_by_voltage(shown)}, which counts"
+        return shown.charge, (CHARGE_BY_VOLTAGE.finding(message),)
+    if reported is None:
+        message = "charge not reported by the vehicle: full battery assumed"
+        return None, (CHARGE_NOT_TOLD.finding(message),)
+    return reported, ()
+
+
+def _by_voltage(shown: ShownCharge) -> str:
+    return (
+        f"{quantity.voltage(shown.voltage_v)} without load, {quantity.percent(shown.charge)} by the curve of "
+        "its battery"
+    )
+
+
+def _shown_charge(snapshot: VehicleSnapshot, setup: Setup) -> ShownCharge | None:
+    """Return what the voltage says of the charge while the motors stand; ``None``: nothing."""
+    measured, flown = snapshot.state.battery_at_rest, setup.flown_pack
+    if measured is None or measured.voltage_v is None or flown.battery is None:
+        return None
+    return flown.charge_shown(_rest_voltage_v(measured.voltage_v, measured, flown.battery))
+
+
+def _rest_voltage_v(voltage_v: float, measured: BatteryState, pack: Battery) -> float:
+    """Return a voltage without what a current drops: on the ground next to nothing flows. [V]"""
+    return voltage_v + (measured.current_a or 0.0) * (pack.new_resistance_ohm or 0.0)
 
 
 def _moved(home: Home, reported: Home | None) -> str:
@@ -308,10 +374,10 @@ def check_voltage(snapshot: VehicleSnapshot, setup: Setup) -> tuple[Finding, ...
     charge = measured.remaining_fraction
     if charge is None:
         charge = mean_of(setup.charge)
-    expected_v = pack.open_circuit_v(charge)
-    # On the ground next to nothing flows; in the air the drop is a part of what is measured.
-    drop_v = (measured.current_a or 0.0) * (pack.new_resistance_ohm or 0.0)
-    if expected_v is None or measured_voltage_fits(measured.voltage_v + drop_v, expected_v, pack):
+    curve = rest_curve(pack)
+    expected_v = pack.voltage_v if curve is None else curve.at(charge)
+    rest_v = _rest_voltage_v(measured.voltage_v, measured, pack)
+    if expected_v is None or measured_voltage_fits(rest_v, expected_v, pack):
         return ()
     message = (
         f"{snapshot.identity.label} measures {quantity.voltage(measured.voltage_v)}; the battery "

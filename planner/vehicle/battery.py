@@ -174,12 +174,6 @@ class Battery(Part):
             return self.new_energy_wh / self.new_charge_ah
         return self.nominal_voltage_v
 
-    def open_circuit_v(self, state_of_charge: float) -> float | None:
-        """Return the voltage without load at a charge, the nominal one where no curve is known [V]."""
-        if self.ocv_soc is None or self.ocv_v is None:
-            return self.voltage_v
-        return float(np.interp(state_of_charge, self.ocv_soc, self.ocv_v))
-
     @property
     def new_resistance_ohm(self) -> float | None:
         """Resistance of the whole battery when it was new, at no temperature in particular. [Ω]"""

@@ -50,6 +50,8 @@ _SAME_CURVE = 1e-3
 """Ratios to the curve of a kind of cell that differ by no more are one: model files have millivolts. [-]"""
 _OVERCHARGED = 1.01
 """A full battery shows up to this over its curve: chargers and voltmeters are as far off."""
+_VOLTMETER = 0.01
+"""Voltmeters show so much less than there is; the cold and what just flew cost no more at rest. [-]"""
 
 
 class RestCurve(Value, kw_only=False, eq=False):
@@ -59,6 +61,25 @@ class RestCurve(Value, kw_only=False, eq=False):
     voltage_v: FloatArray
     is_assumed: bool
     """Whether it is that of a kind of cell, not one of this battery."""
+
+    def at(self, state_of_charge: float) -> float:
+        """Return the voltage at a state of charge. [V]"""
+        return float(np.interp(state_of_charge, self.state_of_charge, self.voltage_v))
+
+    def charge(self, voltage_v: float) -> float:
+        """Return the state of charge at a voltage, that of the nearest end beyond the curve. [-]"""
+        return float(np.interp(voltage_v, self.voltage_v, self.state_of_charge))
+
+
+class ShownCharge(Value):
+    """What a voltmeter shows of the charge of a battery without load."""
+
+    voltage_v: float
+    charge: float
+    """By the curve of its cells. [-]"""
+    most: float
+    """The most it can be: voltmeters are off, and where the curve is only that of a kind of cell, it may be
+    of the other one. [-]"""
 
 
 class FlownPack(Value):
@@ -98,7 +119,23 @@ class FlownPack(Value):
                 f"a charge of {shown} V: this battery has {low} V when empty and {high} V when full"
             )
             raise UsageError(msg)
-        return float(np.interp(voltage_v, volts, curve.state_of_charge))
+        return curve.charge(voltage_v)
+
+    def charge_shown(self, voltage_v: float) -> ShownCharge | None:
+        """Return what a voltmeter shows of the charge without load; ``None``: no curve is known."""
+        pack = self.battery
+        curve = None if pack is None else rest_curve(pack)
+        if pack is None or curve is None:
+            return None
+        most_v = voltage_v * (1.0 + _VOLTMETER)
+        curves = [curve]
+        if curve.is_assumed and pack.cells_in_series is not None:
+            curves += [_curve_of(kind, pack.cells_in_series) for kind in _KINDS]
+        return ShownCharge(
+            voltage_v=voltage_v,
+            charge=curve.charge(voltage_v),
+            most=max(one.charge(most_v) for one in curves),
+        )
 
 
 def chemistry_of(battery: Battery | None) -> Chemistry:
@@ -139,11 +176,17 @@ def rest_curve(battery: Battery) -> RestCurve | None:
     if battery.chemistry is not None and battery.cells_in_series is not None:
         kind = load_chemistry(battery.chemistry)
         if battery.ocv_soc == kind.ocv_soc:
-            cells_v = battery.cells_in_series * np.array(kind.cell_ocv_v)
-            scale = volts / cells_v
+            of_cells = _curve_of(kind.name, battery.cells_in_series)
+            scale = volts / of_cells.voltage_v
             if float(np.ptp(scale)) < _SAME_CURVE:
-                return RestCurve(kind.ocv_soc, cells_v, is_assumed=True)
+                return of_cells
     return RestCurve(battery.ocv_soc, volts / (battery.label_factor or 1.0), is_assumed=False)
+
+
+def _curve_of(kind: str, cells: int) -> RestCurve:
+    """Return the curve of so many cells of a kind in series."""
+    chemistry = load_chemistry(kind)
+    return RestCurve(chemistry.ocv_soc, cells * np.array(chemistry.cell_ocv_v), is_assumed=True)
 
 
 def lowest_voltage_v(battery: Battery) -> float:

@@ -72,6 +72,26 @@ def test_the_last_charge_of_a_battery_holds_less_energy_than_the_first() -> None
     assert left.energy_wh == pytest.approx(65.0)
 
 
+@pytest.mark.parametrize(
+    ("began", "now", "left_wh"),
+    [
+        (1.0, 0.9, 40.0),  # counted from a full battery that was half used: 0.5 less the 0.1 since
+        (0.51, 0.41, 40.0),
+        (0.5, 0.4, 40.0),  # as it was checked
+        (0.4, 0.3, 30.0),  # lower than it was checked: the vehicle's own counts
+        (None, 0.4, 40.0),
+    ],
+)
+def test_a_percentage_that_began_above_the_charge_counts_only_what_was_used(
+    began: float | None, now: float, left_wh: float
+) -> None:
+    battery = Battery(capacity_ah=10.0, nominal_voltage_v=10.0)
+    one = meter(battery, BatteryState(remaining_fraction=began), charge=0.5, usable_wh=50.0)
+    left = one.energy_left(BatteryState(remaining_fraction=now))
+    assert left is not None
+    assert left.energy_wh == pytest.approx(left_wh)
+
+
 def test_a_percentage_tells_no_more_than_a_whole_one() -> None:
     battery = Battery(capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0))
     one = meter(battery, BatteryState(), usable_wh=120.0)

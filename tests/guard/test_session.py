@@ -67,6 +67,7 @@ def guard(
     until_s: float,
     settings: GuardSettings | None = None,
     check: Setup = CHECK,
+    predictions: list[Prediction] | None = None,
     **chances: float,
 ) -> Run:
     """Guard a vehicle in virtual time, until a time."""
@@ -77,7 +78,10 @@ def guard(
 
     def judge(snapshot: VehicleSnapshot) -> tuple[Judgement, Prediction | None]:
         run.checks += 1
-        return judge_vehicle(snapshot, check)
+        judgement, prediction = judge_vehicle(snapshot, check)
+        if predictions is not None and prediction is not None:
+            predictions.append(prediction)
+        return judgement, prediction
 
     def on_status(status: GuardStatus) -> None:
         run.statuses.append(status)
@@ -148,6 +152,32 @@ def test_a_voltage_that_breaks_down_in_flight_is_no_other_battery() -> None:
     run = guard(vehicle, until_s=40.0, check=FOUR_CELLS)
     assert run.statuses[-1].view.verdict == "go"
     assert run.checks == 1
+
+
+@pytest.mark.parametrize(
+    ("voltage_mv", "charge"),
+    [(16_200, 0.95), (14_800, 0.469)],  # 3.7 V a cell: 25 % at 3.63 V, 50 % at 3.71 V
+)
+def test_a_flight_begins_with_the_charge_that_the_voltage_had_before_it_armed(
+    voltage_mv: int, charge: float
+) -> None:
+    """Under load 13 V, 3.25 V a cell, say nothing; what is judged anew in flight began as before."""
+    predictions: list[Prediction] = []
+
+    def arm(vehicle: GuardedVehicle) -> None:
+        vehicle.is_armed = True
+
+    def fly(vehicle: GuardedVehicle) -> None:
+        vehicle.voltage_mv, vehicle.battery_remaining = 13_000, 90
+
+    def change(vehicle: GuardedVehicle) -> None:
+        vehicle.parameters["MPC_XY_CRUISE"] = (6.0, 9)
+
+    script = at(20.0, arm) + at(24.0, fly) + at(30.0, change)
+    vehicle = guarded(script=script, voltage_mv=voltage_mv)
+    run = guard(vehicle, until_s=110.0, check=FOUR_CELLS, predictions=predictions)
+    assert run.checks == 2
+    assert [one.charge for one in predictions] == pytest.approx([charge] * 2, abs=0.001)
 
 
 def test_a_mission_that_is_no_go_is_denied_with_the_finding() -> None:

@@ -19,6 +19,7 @@ from planner.service.upload import check_removal
 from planner.service.vehicle import check_vehicle
 from planner.setup import Setup
 from planner.values import replace
+from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 HOME = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=400.0)
 FLIGHT = (wire_item(command=22), wire_item(x=470_010_000), wire_item(command=20, frame=2, x=0, y=0))
 _PX4, _ARDUPILOT = 12, 3
+LINEAR = Battery(capacity_ah=8.0, cells_in_series=6, ocv_soc=(0.0, 1.0), ocv_v=(19.8, 25.2))
+"""90 % at 24.66 V, which 24.416 V are with 1 %."""
 
 
 def reported(
@@ -39,6 +42,7 @@ def reported(
     first_x: int = 470_000_000,
     autopilot: int = _PX4,
     given: float | None = None,
+    voltage_v: float | None = None,
     setup: Mapping[str, Any] | None = None,
     **without: bool,
 ) -> tuple[Finding, ...]:
@@ -48,7 +52,11 @@ def reported(
     snapshot = make_snapshot(
         VehicleIdentity(system=1, component=1, autopilot_number=autopilot, vehicle_type=2),
         VehicleReading(
-            state=VehicleState(home=home, battery=BatteryState(remaining_fraction=charge)),
+            state=VehicleState(
+                home=home,
+                battery=BatteryState(remaining_fraction=charge, voltage_v=voltage_v),
+                is_armed=False,
+            ),
             lists={
                 kind: None if without.get(kind.name.lower()) else items if not kind else ()
                 for kind in MissionKind
@@ -146,6 +154,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported(setup={"home_amsl_m": 400.51}),
         boundary=lambda: reported(setup={"home_amsl_m": 400.5}),
         silent=lambda: reported(home=None, setup={"home_amsl_m": 500.0}),
+    ),
+    "V115": RuleCases(
+        fires=lambda: reported(charge=1.0, voltage_v=24.41, setup={"battery": LINEAR}),
+        boundary=lambda: reported(charge=1.0, voltage_v=24.42, setup={"battery": LINEAR}),
+        silent=lambda: reported(charge=0.5, voltage_v=24.41, setup={"battery": LINEAR}),
     ),
     "X901": RuleCases(
         fires=lambda: read(b"{"),
