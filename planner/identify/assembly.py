@@ -352,6 +352,7 @@ def assemble_model(
         battery, of_battery = base.battery, _of_base(of_battery, base)
     outcomes.append(of_battery)
     findings = list(dict.fromkeys(f for record in records for f in record.findings))
+    findings += pack.findings
     parameters: tuple[tuple[str, float], ...] = ()
     if reference is Autopilot.STEP:
         if ramps is None:

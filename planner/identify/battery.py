@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from planner import quantity
 from planner.errors import IdentificationError
+from planner.findings import Rule, Severity
 from planner.identify.segments import SegmentUse, StateOutcome
 from planner.identify.uncertainty import (
     Estimate,
@@ -27,11 +29,13 @@ from planner.units import SECONDS_PER_HOUR
 from planner.values import Value, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.pack import ASSUMED_CHEMISTRY, LITHIUM_ION
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.arrays import FloatArray
+    from planner.findings import Finding
     from planner.identify.log_table import LogConditions
     from planner.logs.record import FlightRecord
 
@@ -123,6 +127,8 @@ _SAME_CHARGE = 0.01
 """States of charge that are one point of a curve. [-]"""
 _NOT_FULL = 0.98
 """Voltage at the start, over the highest of all flights, below which a battery was not full. [-]"""
+_ROUNDING_AH = 5e-4
+"""A capacity is a whole number of mAh."""
 _THINNED_S = 0.5
 """Samples taken for the fit: the noise has a memory, more of them add nothing. [s]"""
 
@@ -144,6 +150,32 @@ class BatteryIdentification(Value):
     outcome: StateOutcome
     fit: BatteryFit | None = None
     readings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+
+CAPACITY_OF_FIRMWARE = Rule(
+    "I112 capacity-of-firmware",
+    Severity.WARNING,
+    summary="The capacity of the battery is the one that ArduPilot begins with.",
+    why="BATT_CAPACITY is 3300 mAh until somebody sets it.  Of a battery of another capacity the curve over "
+    "its charge is as wrong, and with it what a voltage at the start, a reserve and a failsafe by voltage "
+    "mean.",
+    how="BATT_CAPACITY of the logs is 3300 mAh, and neither --capacity nor levels before and after the "
+    "flights are given.",
+    fix="give --capacity with the charge on the battery's label",
+)
+
+
+def _of_firmware(records: Sequence[FlightRecord]) -> tuple[Finding, ...]:
+    """Return the finding of a capacity that nobody set."""
+    begins_ah = ArduPilotParameters().battery_capacity_ah
+    found_ah = _parameter(records, CAPACITY_PARAMETERS[:1], 1e-3)
+    if found_ah is None or abs(found_ah - begins_ah) > _ROUNDING_AH:
+        return ()
+    message = (
+        f"battery of {quantity.charge_of_ah(found_ah)}: BATT_CAPACITY as ArduPilot begins with it"
+    )
+    return (CAPACITY_OF_FIRMWARE.finding(message),)
 
 
 def charge_used_ah(record: FlightRecord) -> FloatArray:
@@ -321,6 +353,7 @@ def identify_battery(
         ),
         fit=fit,
         readings=(*capacity, *readings),
+        findings=_of_firmware(records) if settings.capacity_ah is None and measured is None else (),
     )
 
 

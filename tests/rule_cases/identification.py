@@ -175,4 +175,9 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: refined_again(again(sha256="b" * 64)),  # alike, of another file
         silent=lambda: refine_vehicle(of_data_sheet(), [copter()]).findings,
     ),
+    "I112": RuleCases(
+        fires=lambda: reported(again(parameters={"BATT_CAPACITY": 3300.0})),
+        boundary=lambda: reported(again(parameters={"BATT_CAPACITY": 3301.0})),  # somebody set it
+        silent=lambda: reported(again(parameters={"BATT_CAPACITY": 3300.0}), pack=PACK),
+    ),
 }
