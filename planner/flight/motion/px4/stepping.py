@@ -314,6 +314,8 @@ class _Axis:
         left = period_s
         for time_s, own in zip((*times_s, left), (jerk, 0.0, -jerk, 0.0), strict=True):
             t = min(time_s, left)
+            if not t:
+                continue
             self.x += t * (self.v + t * (0.5 * self.a + own * t / 6.0))
             self.v += t * (self.a + 0.5 * own * t)
             self.a += own * t
@@ -329,6 +331,8 @@ def _advance(
     for axis, wanted, most in zip(
         axes, wanted_m_s, (level, level, vertical.acceleration_m_s2), strict=True
     ):
+        if not (wanted or axis.v or axis.a):
+            continue
         jerk = swing.jerk_m_s3 * axis.direction(wanted, swing.jerk_m_s3)
         rows.append((axis, wanted, jerk, most, axis.quickest(wanted, jerk, most)))
     total_s = max(sum(row[-1]) for row in rows)
