@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import made_flight as made
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
 
 _HEADER = b"\xa3\x95"
 _KINDS = {
@@ -63,6 +67,8 @@ def copter_log(
     gap_s: tuple[float, float] | None = None,
     boot_s: float = 0.0,
     writer: DataflashWriter | None = None,
+    throttle: Callable[[made.Moment], float] = lambda _: 0.0,
+    hover_throttles: Sequence[tuple[float, float]] = (),
 ) -> DataflashWriter:
     """Return the made flight as Copter 4 logs it by default.
 
@@ -78,6 +84,10 @@ def copter_log(
         Added to every time.
     writer : DataflashWriter, optional
         A log to go on with.
+    throttle : function of a moment, optional
+        What the motors are asked for.
+    hover_throttles : sequence of tuples, optional
+        When MOT_THST_HOVER is logged, and its value.
     """
     log = writer or _copter_definitions()
     begin_us = round((begins_s + boot_s) * 1e6)
@@ -94,6 +104,11 @@ def copter_log(
         if moment.time_s < begins_s or (gap_s and gap_s[0] < moment.time_s < gap_s[1]):
             continue
         _add_moment(log, moment, current_a, boot_s)
+        now = round((moment.time_s + boot_s) * 1e6)
+        for at_s, value in hover_throttles:
+            if moment.time_s <= at_s < moment.time_s + 0.0999:
+                log.add("PARM", round((at_s + boot_s) * 1e6), "MOT_THST_HOVER", value)
+        log.add("CTUN", now, throttle(moment), 0.39, moment.height_m)
     return log
 
 
@@ -114,6 +129,7 @@ def _copter_definitions() -> DataflashWriter:
     log.define("PSCN", "Qfffff", "TimeUS,TPN,PN,DVN,TVN,VN")
     log.define("PSCE", "Qfffff", "TimeUS,TPE,PE,DVE,TVE,VE")
     log.define("PSCD", "Qfffff", "TimeUS,TPD,PD,DVD,TVD,VD")
+    log.define("CTUN", "Qfff", "TimeUS,ThO,ThH,DAlt")
     log.define("BAT", "QBffff", "TimeUS,Inst,Volt,VoltR,Curr,CurrTot")
     return log
 

@@ -308,6 +308,11 @@ class IdentificationSettings(Value):
         own = self.conditions_of(record)
         return None if own.mass_kg is None else own.mass_kg + (own.payload_kg or 0.0)
 
+    def times_heavier(self, record: FlightRecord) -> float:
+        """Return the mass that flew over that of the model; one where they are not known. [-]"""
+        flown_kg, own_kg = self.flown_mass_kg(record), self.own_mass_kg
+        return flown_kg / own_kg if flown_kg and own_kg else 1.0
+
 
 _LEAST_DAMPING = 0.3
 """Of a response to a reference that was shaped to be followed. [-]"""
@@ -358,7 +363,9 @@ def assemble_model(
         if ramps is None:
             _refuse_lacking_motion(responses, outcomes)
     else:
-        parameters, differing = flown_parameters(records, reference)
+        parameters, differing = flown_parameters(
+            records, reference, [settings.times_heavier(record) for record in records]
+        )
         findings += differing
     lean = identified_lean(records, base)
     drag = identify_drag(records) if reference is Autopilot.PX4 else None

@@ -188,13 +188,26 @@ PARAMETERS_DIFFER = Rule(
 )
 
 
+_HOVER_THROTTLE = "MOT_THST_HOVER"
+_SAME_HOVER = 1.25
+"""Hover throttles of one vehicle are within this ratio: as the voltage of one battery falls. [-]"""
+
+
 def flown_parameters(
-    records: Sequence[FlightRecord], autopilot: Autopilot
+    records: Sequence[FlightRecord], autopilot: Autopilot, times_heavier: Sequence[float]
 ) -> tuple[tuple[tuple[str, float], ...], tuple[Finding, ...]]:
     """Return the parameters the flights have in common, of those a prediction depends on.
 
     They have their own names and units. Findings name what differs from flight to flight: that is
-    left to the parameter file of the day.
+    left to the parameter file of the day.  The hover throttle is that of the model's mass, the highest
+    of flights that hardly differ in it.
+
+    Parameters
+    ----------
+    records : sequence of FlightRecord
+    autopilot : Autopilot
+    times_heavier : sequence of float
+        The mass of each flight over that of the model. [-]
     """
     from planner.vehicle.parameters.resolve import PARAMETERS_OF
     from planner.vehicle.parameters.table import parameter_table
@@ -204,6 +217,8 @@ def flown_parameters(
     for row in parameter_table(PARAMETERS_OF[autopilot]).values():
         for spelling in row.spellings:
             values = [r.parameters[spelling.name] for r in records if spelling.name in r.parameters]
+            if spelling.name == _HOVER_THROTTLE and len(values) == len(records):
+                values = _hover_throttles(values, times_heavier)
             if not values or not row.is_possible(spelling.si(values[-1])):
                 continue
             if len(set(values)) > 1:
@@ -220,6 +235,13 @@ def flown_parameters(
             f"{', '.join(differing[:_NAMED])}{more}"
         ),
     )
+
+
+def _hover_throttles(flown: Sequence[float], times_heavier: Sequence[float]) -> list[float]:
+    """Return the hover throttles of flights with the mass of the model, as one where they hardly differ."""
+    own = [value / times for value, times in zip(flown, times_heavier, strict=True)]
+    highest = max(own)
+    return [highest] * len(own) if highest <= _SAME_HOVER * min(own) else own
 
 
 _MISSION_MODES = (AUTO, AUTO_MISSION, "AUTO_TAKEOFF")

@@ -203,9 +203,11 @@ def refine_vehicle(
     known = LogTable() if logs is None else logs
     conditions = [known.of(record.source) for record in records]
     steady: list[MeasuredPower] = []
+    times_heavier: list[float] = []
     for record, own in zip(records, conditions, strict=True):
         density = record_air_density_kg_m3(record, home_temperature_c=own.temperature_c)
         mass_kg = (own.mass_kg or vehicle.mass_kg or 0.0) + (own.payload_kg or 0.0)
+        times_heavier.append(mass_kg / vehicle.mass_kg if vehicle.mass_kg else 1.0)
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
     if not steady:
         msg = (
@@ -217,7 +219,7 @@ def refine_vehicle(
     parameters = vehicle.parameters
     differing: tuple[Finding, ...] = ()
     if vehicle.reference is not Autopilot.STEP:
-        flown, differing = flown_parameters(records, vehicle.reference)
+        flown, differing = flown_parameters(records, vehicle.reference, times_heavier)
         parameters = kept_parameters(vehicle.reference, dict(vehicle.parameters), dict(flown))
     lean = identified_lean(records, vehicle)
     model = replace(

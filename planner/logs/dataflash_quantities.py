@@ -45,6 +45,7 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "pitch_deg": sources("ATT.Pitch"),
     "yaw_deg": sources("ATT.Yaw"),
     "airspeed_m_s": sources("ARSP.Airspeed"),
+    "throttle": sources("CTUN.ThO"),
     "altitude_amsl_m": sources("POS.Alt", "GPS.Alt"),
     "height_above_home_m": sources("POS.RelHomeAlt", "POS.RelAlt", "GPS.RelAlt"),
     "local_height_m": (*sources("PSCD.PD", unit=-1.0), *sources("PSCZ.PZ", "CTUN.Alt")),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.findings import Rule, Severity
 from planner.logs.positions import (
@@ -220,6 +221,7 @@ _LIMITS: Mapping[str, float] = {
     "_v": 2e3,
     "_a": 5e3,
     "_w": 1e6,
+    "throttle": 1.0,
 }
 """Greatest absolute values by the end of a quantity's name, the first that fits; metres that are
 no heights are as far as half around the Earth."""
@@ -316,9 +318,7 @@ def flight_record(
         mission_items=next(
             (m for at_s, m in reversed(recording.missions) if at_s <= span.end_s), ()
         ),
-        parameters={
-            name: value for time_s, name, value in recording.parameters if time_s <= span.end_s
-        },
+        parameters=_parameters(recording, span, _hover_throttle(grid, numbers, is_landed)),
         autopilot=recording.autopilot,
         firmware=recording.firmware,
         vehicle=recording.vehicle,
@@ -333,6 +333,54 @@ def flight_record(
             *_mission_changes(recording, span, number),
         ),
     )
+
+
+_HOVER_THROTTLE = "MOT_THST_HOVER"
+_SAVED_S = 3.0
+"""After disarming ArduPilot saves the hover throttle it learnt within that: its next loop. [s]"""
+_LEAST_HOVER_S = 2.0
+"""Hovering that tells the throttle: its noise over so long is 1 %. [s]"""
+_HOVERING: Mapping[str, float] = {
+    "roll_deg": 5.0,
+    "pitch_deg": 5.0,
+    "climb_m_s": 0.6,
+    "ground_speed_m_s": 2.0,
+}
+"""What is level and slow enough: ``Copter::update_throttle_hover`` learns at 5° and 0.6 m/s."""
+
+
+def _hover_throttle(
+    grid: Grid, columns: Mapping[str, FloatArray], is_landed: BoolArray
+) -> float | None:
+    """Return the fraction of its thrust that ArduPilot hovered with; ``None`` where nothing tells it. [-]
+
+    What it learns is no more than 0.6875 (AP_MOTORS_THST_HOVER_MAX), and nothing with MOT_HOVER_LEARN 0.
+    """
+    series = grid.recording.series.get("throttle")
+    if series is None or grid.recording.autopilot is not Autopilot.ARDUPILOT:
+        return None
+    hovers = ~is_landed
+    for name, most in _HOVERING.items():
+        hovers &= np.abs(columns[name]) < most
+    throttle = series.at(grid.time_s)[hovers]
+    throttle = throttle[throttle > 0.0]
+    if throttle.size * STEP_S < _LEAST_HOVER_S:
+        return None
+    return round(float(np.median(throttle)), 4)
+
+
+def _parameters(
+    recording: Recording, span: FlightSpan, hover_throttle: float | None
+) -> Mapping[str, float]:
+    """Return the last of each parameter up to the end of a flight, and the throttle its hovers took."""
+    found = {
+        name: value
+        for time_s, name, value in recording.parameters
+        if time_s <= span.end_s + _SAVED_S * (name == _HOVER_THROTTLE)
+    }
+    if hover_throttle is not None and _HOVER_THROTTLE in found:
+        found[_HOVER_THROTTLE] = hover_throttle
+    return found
 
 
 def _modes(grid: Grid) -> tuple[TextArray, str | None]:

@@ -204,7 +204,10 @@ class FlightRecord(Value, eq=False):
     mission_items: tuple[LoggedItem, ...]
     """The mission the vehicle held at the end of the flight; empty where it is not logged."""
     parameters: Mapping[str, float]
-    """The autopilot's parameters during the flight, by their own names."""
+    """The autopilot's parameters during the flight, by their own names.
+
+    MOT_THST_HOVER, which ArduPilot learns in flight, is the throttle that the hovers of this flight took.
+    """
     autopilot: Autopilot | None
     """Whose log it is; ``None`` where it is neither PX4's nor ArduPilot's."""
     firmware: str
@@ -312,6 +315,8 @@ class Recording(Value, eq=False):
         ``reference_east_m`` and ``reference_height_m`` are in the local frame.
     ``course_deg``
         Direction of the ground speed, where velocities are not logged.
+    ``throttle``
+        Thrust that ArduPilot asks of its motors, as a fraction of the most: its get_throttle().
     """
 
     file: LogFile

@@ -163,6 +163,7 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
         *sources("VFR_HUD.climb"),
     ),
     "ground_speed_m_s": sources("VFR_HUD.groundspeed"),
+    "throttle": sources("VFR_HUD.throttle", unit=1e-2),
     "local_north_m": sources(f"{_LOCAL}.x"),
     "local_east_m": sources(f"{_LOCAL}.y"),
     "local_height_m": sources(f"{_LOCAL}.z", unit=-1.0),

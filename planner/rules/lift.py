@@ -33,6 +33,8 @@ _MOST_HOVER_THRUST = 0.7
 _SINKING_THRUST = math.cos(math.radians(30.0))
 """Fraction of the thrust from which on a vehicle that leans by 30°, the greatest lean of ArduPilot's
 defaults, sinks. [-]"""
+_MOST_LEARNT = 0.6875
+"""The highest MOT_THST_HOVER that ArduPilot learns: its AP_MOTORS_THST_HOVER_MAX. [-]"""
 _LEAST_SPIN_MAX, _USUAL_SPIN_MAX = 0.9, 0.95
 """MOT_SPIN_MAX: the least of its documented values, and its default. [-]"""
 _LEAST_LEAN_RAD = math.radians(10.0)
@@ -90,19 +92,22 @@ HOVER_THROTTLE_HIGH = Rule(
     "(AC_ATTITUDE_CONTROL_ANGLE_LIMIT_THROTTLE_MAX); from 87 % on, 1/cos 30° below all, it sinks where "
     "it leans by 30°.",
     how="MOT_THST_HOVER, or MPC_THR_HOVER over MPC_THR_MAX, where the parameter file or the model gives it, "
-    "times the mass with payload over that without, times the densest air of [valid_for], 1.225 kg/m³ at "
-    "most, over the air at the highest point of the flight, if that is thinner; late in the flight also "
-    "times (V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of a "
+    "or, where it is more, the throttle that the flights of an ArduPilot model hovered with, times the "
+    "mass with payload over that without, times the densest air of [valid_for], 1.225 kg/m³ at most, "
+    "over the air at the highest point of the flight, if that is thinner; late in the flight also times "
+    "(V_full / V)² for the lowest voltage under load at the end of a segment, of the flight or of a "
     "return, where the battery's curve is known.  Or, where it is more, the weight with payload over "
     "thrust_max_n of the model, in the air at the highest point.  With neither it is not checked.  A "
-    "warning above 0.7; an error from 0.8 on with a full battery, from 0.87 on late in the flight, and on "
-    "ArduPilot where acos(thrust / 0.8), the lean a full battery leaves, does not hold the wind, its mean "
-    "and two standard deviations, by the tangents of that and of the greatest lean.  The autopilot's own "
-    "default (0.35, 0.5), which a file saved whole has of a vehicle nobody hovered, says nothing of how the "
-    "thrust falls with the voltage; with a lower MPC_THR_MAX it is not checked (X904).  Nor with a "
-    "MOT_SPIN_MAX below 0.9, the least of its documented values, where the thrust that it leaves of that "
-    "with 0.95 does not cover the hover: nobody knows which of the two the hover was measured with; not "
-    "above MOT_SPIN_MIN is an error.",
+    "warning above 0.7; an error from 0.8 on with a full battery, from 0.87 on late in the flight, and "
+    "on ArduPilot where acos(thrust / 0.8), the lean a full battery leaves, does not hold the wind, its "
+    "mean and two standard deviations, by the tangents of that and of the greatest lean.  The "
+    "autopilot's own default (0.35, 0.5), which a file saved whole has of a vehicle nobody hovered, says "
+    "nothing of how the thrust falls with the voltage; with a lower MPC_THR_MAX it is not checked "
+    "(X904).  Nor with a MOT_SPIN_MAX below 0.9, the least of its documented values, where the thrust "
+    "that it leaves of that with 0.95 does not cover the hover: nobody knows which of the two the hover "
+    "was measured with; not above MOT_SPIN_MIN is an error.  Nor with a MOT_THST_HOVER of 0.6875, the "
+    "most that ArduPilot learns, where neither a flight of the model nor its thrust_max_n says how much "
+    "more it is.",
     fix="carry less, fly lower or shorter, or use a battery that sags less",
     instead="--payload, or the parameters of --params",
 )
@@ -130,17 +135,36 @@ def _hover_thrust(a: Assessment) -> _HoverThrust | None:
 
 
 def _by_throttle(a: Assessment, parameters: FlightParameters) -> Iterator[_HoverThrust]:
-    """Yield what a hover takes by the throttle in the parameters, if anything says that one."""
+    """Yield what a hover takes by the throttle in the parameters and by that of the flights of the model."""
+    flown, times_more = _flown_throttle(a), _times_heavier(a) * _times_thinner(a)
+    if flown is not None:
+        yield _HoverThrust(fraction=flown * times_more, is_measured=True)
     origin = parameters.origins.get("hover_throttle")
     if (origin is None or origin.is_default) and _most_throttle(a) >= 1.0:
         return  # the default is of no vehicle in particular; under a lower MPC_THR_MAX it must be known
+    is_measured = not _is_default_throttle(parameters, parameters.hover_throttle)
+    if is_measured or flown is None:
+        fraction = parameters.hover_throttle / max(_most_throttle(a), 1e-9) * times_more
+        yield _HoverThrust(fraction=fraction, is_measured=is_measured)
+
+
+def _is_default_throttle(parameters: FlightParameters, throttle: float) -> bool:
     from planner.vehicle.parameters.table import parameter_table
 
     untouched = parameter_table(type(parameters))["hover_throttle"].default_si
-    is_measured = not math.isclose(parameters.hover_throttle, untouched, rel_tol=_SAME_NUMBER)
-    fraction = parameters.hover_throttle / max(_most_throttle(a), 1e-9)
-    fraction *= _times_heavier(a) * _times_thinner(a)
-    yield _HoverThrust(fraction=fraction, is_measured=is_measured)
+    return math.isclose(throttle, untouched, rel_tol=_SAME_NUMBER)
+
+
+def _flown_throttle(a: Assessment) -> float | None:
+    """Return the throttle the flights of a model of ArduPilot hovered with; ``None`` where none tells it.
+
+    A parameter file may be older than what ArduPilot learnt in them.
+    """
+    parameters, basis = ARDUPILOT.of(a), a.vehicle.provenance.basis
+    throttle = dict(a.vehicle.parameters).get("MOT_THST_HOVER")
+    if parameters is None or throttle is None or basis is None or not basis.is_flown:
+        return None
+    return None if _is_default_throttle(parameters, throttle) else throttle
 
 
 def _most_throttle(a: Assessment) -> float:
@@ -162,6 +186,20 @@ THRUST: Need[_HoverThrust] = Need(
 @judges(HOVER_THROTTLE_HIGH, needs=(THRUST,))
 def _thrust_is_known(_a: Assessment, _thrust: _HoverThrust) -> Iterator[Finding]:
     return iter(())  # what follows from it is found below; that it is missing stands in the ledger
+
+
+@judges(HOVER_THROTTLE_HIGH)
+def _hover_throttle_capped(a: Assessment) -> Iterator[NotEvaluated]:
+    parameters = ARDUPILOT.of(a)
+    if parameters is None or a.vehicle.thrust_max_n is not None:
+        return
+    is_most = math.isclose(parameters.hover_throttle, _MOST_LEARNT, rel_tol=_SAME_NUMBER)
+    if is_most and not (_flown_throttle(a) or 0.0) > _MOST_LEARNT * (1.0 + _SAME_NUMBER):
+        yield NotEvaluated(
+            rule=HOVER_THROTTLE_HIGH,
+            needs="the throttle this vehicle hovers at, as CTUN.ThO of its log: ArduPilot learns no more",
+            asked_by=f"MOT_THST_HOVER of {_MOST_LEARNT:g}",
+        )
 
 
 @judges(HOVER_THROTTLE_HIGH, needs=(EXTREMES,))

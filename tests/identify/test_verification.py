@@ -9,7 +9,7 @@ from made_record import make_record
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, UsageError
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.flown_mission import cut_record, flown_heading_deg
+from planner.identify.flown_mission import cut_record, flown_heading_deg, flown_parameters
 from planner.identify.spread import compared_flight
 from planner.identify.verification import KnownConditions, Verification, find_stops, verify_flight
 from planner.logs.record import Boundary, FlightRecord, LoggedHome, LoggedItem
@@ -420,6 +420,26 @@ def test_an_item_that_a_condition_holds_back_is_carried_out_on_the_way() -> None
     assert longer_s == pytest.approx(255.0 - 29.0, abs=10.0)
     # From the beginning: 556 s for 63 s.
     assert early.predicted.time_s - plain.predicted.time_s == pytest.approx(556.0 - 63.0, abs=15.0)
+
+
+@pytest.mark.parametrize(
+    ("throttles", "times_heavier", "hover"),
+    [
+        # 4.5 kg, and 5.625 kg: 1.25 times as much of the thrust
+        ((0.65, 0.8125), (1.0, 1.25), 0.65),
+        ((0.8125,), (1.25,), 0.65),
+        # a battery that falls from 25.2 to 22.5 V takes (25.2 / 22.5)² = 1.25 times the throttle
+        ((0.4, 0.5), (1.0, 1.0), 0.5),
+        ((0.4, 0.501), (1.0, 1.0), None),
+    ],
+)
+def test_flights_agree_on_the_hover_throttle_of_the_mass_of_the_model(
+    throttles: tuple[float, ...], times_heavier: tuple[float, ...], hover: float | None
+) -> None:
+    records = [replace(_blank(), parameters={"MOT_THST_HOVER": value}) for value in throttles]
+    common, findings = flown_parameters(records, Autopilot.ARDUPILOT, times_heavier)
+    assert dict(common).get("MOT_THST_HOVER") == (hover and pytest.approx(hover, abs=1e-6))
+    assert [one.code for one in findings] == [] if hover else ["I104"]
 
 
 def test_the_heading_before_the_take_off_is_that_it_is_armed_with() -> None:

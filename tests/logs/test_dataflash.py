@@ -16,6 +16,7 @@ from planner.logs.files import read_log
 from planner.logs.record import Boundary, LogFormat
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from planner.logs.record import FlightRecord
@@ -228,6 +229,49 @@ def test_a_truncated_log_gives_what_is_there(tmp_path: Path) -> None:
     assert record.ends_with is Boundary.LOG
     assert 30.0 < record.duration_s < 40.0
     assert _codes(record) == ["R104"]
+
+
+def _hover_throttle(
+    tmp_path: Path, throttle: Callable[[made.Moment], float], saved: float, saved_s: float
+) -> float:
+    """Return MOT_THST_HOVER of the made flight, 0.39 before and saved once more, as the record has it."""
+    log = copter_log(throttle=throttle, hover_throttles=((0.0, 0.39), (saved_s, saved)))
+    [record] = _read(tmp_path, log.content())
+    return record.parameters["MOT_THST_HOVER"]
+
+
+@pytest.mark.parametrize(
+    ("hovering", "saved", "saved_s", "hover"),
+    [
+        # 12 s of standing in the air at 0.65, faster and slower while it climbs, cruises and sinks
+        (0.65, 0.668, made.DISARMED_S + 0.003, 0.65),
+        (0.845, 0.6875, made.DISARMED_S + 0.003, 0.845),  # the most that is learnt
+        (0.65, 0.2, made.DISARMED_S + 2.9, 0.65),
+        # no throttle is logged: what was saved at disarming, not what was set later
+        (0.0, 0.668, made.DISARMED_S + 2.9, 0.668),
+        (0.0, 0.668, made.DISARMED_S + 3.1, 0.39),
+    ],
+)
+def test_the_hover_throttle_is_that_of_the_flight_not_that_of_the_boot(
+    tmp_path: Path, hovering: float, saved: float, saved_s: float, hover: float
+) -> None:
+    def throttle(moment: made.Moment) -> float:
+        moves = moment.climb_m_s or moment.speed_m_s
+        return 0.0 if not hovering else 0.9 if moves else hovering
+
+    found = _hover_throttle(tmp_path, throttle, saved, saved_s)
+    assert found == pytest.approx(hover, abs=1e-4)
+
+
+@pytest.mark.parametrize(("seconds", "hover"), [(2.0, 0.65), (1.8, 0.668)])
+def test_two_seconds_of_hovering_tell_the_throttle(
+    tmp_path: Path, seconds: float, hover: float
+) -> None:
+    def throttle(moment: made.Moment) -> float:
+        return 0.65 if 33.95 < moment.time_s < 33.95 + seconds else 0.0
+
+    found = _hover_throttle(tmp_path, throttle, 0.668, made.DISARMED_S)
+    assert found == pytest.approx(hover, abs=1e-4)
 
 
 def test_damage_in_the_middle_is_counted_and_left_out(tmp_path: Path) -> None:

@@ -184,6 +184,41 @@ def test_a_hover_throttle_that_was_measured_tells_what_thin_air_takes(
 
 
 @pytest.mark.parametrize(
+    ("flown", "in_file", "payload_kg", "outcome"),
+    [
+        # 0.60 of the throttle with 3.5 kg are 0.86 with 1.5 kg more: it loses its height.
+        (0.60, 0.39, 1.5, "E116 error"),  # a file of before the flights
+        (0.60, 0.35, 1.5, "E116 error"),  # a file whole, of before any hover
+        (0.60, None, 1.5, "E116 error"),
+        (0.60, 0.39, 0.0, ""),
+        (0.30, 0.60, 1.5, "E116 error"),  # the file of today
+        (0.30, 0.35, 1.5, ""),  # 0.43 by what the flights show
+        # the most that ArduPilot learns: it may be any more
+        (0.60, 0.6875, 0.0, "E116 warning, not checked"),
+        (0.60, 0.687, 0.0, "E116 warning"),
+        (0.6875, None, 0.0, "E116 warning, not checked"),
+        (0.72, 0.6875, 0.0, "E116 warning"),
+    ],
+)
+def test_a_hover_takes_the_more_of_the_file_and_the_flights(
+    flown: float, in_file: float | None, payload_kg: float, outcome: str
+) -> None:
+    model = replace(UNTOLD, parameters=(*UNTOLD.parameters, ("MOT_THST_HOVER", flown)))
+    values = {} if in_file is None else {"MOT_THST_HOVER": ParameterValue(in_file)}
+    result = check(
+        OUT_AND_BACK,
+        model,
+        parameters=ParameterSet(source="p", values=values, stack=Autopilot.ARDUPILOT),
+        payload_kg=payload_kg,
+        battery=PLENTY,
+        home_amsl_m=0.0,
+    )
+    found = [f"E116 {one.severity}" for one in result.findings if one.code == "E116"]
+    found += ["not checked" for one in result.findings if one.code == "X904"]
+    assert ", ".join(found) == outcome
+
+
+@pytest.mark.parametrize(
     ("mass_kg", "home_amsl_m", "refused"),
     [
         # Flown with 19.2 to 31.2 kg in air of 0.9 to 1.35 kg/m³, nobody knows which with which.
