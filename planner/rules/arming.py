@@ -6,6 +6,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from planner import quantity
 from planner.findings import Rule, Severity
 from planner.mission.route.route import OTHER_VEHICLE
 from planner.mission.route.state import ITEM_NOT_MODELLED
@@ -57,7 +58,9 @@ WOULD_NOT_ARM = Rule(
     "MOT_SPIN_MIN above 0.3, AHRS_EKF_TYPE 0, or 2 or 3 with EK2_ENABLE or EK3_ENABLE 0, or EK2_IMU_MASK or "
     "EK3_IMU_MASK 0, EK3_SRCn_ of a sensor that is not there (GPS1_TYPE, FLOW_TYPE, VISO_TYPE, BCN_TYPE, "
     "WENC_TYPE 0, no rangefinder that looks down), EK3_SRC1_POSXY 0, EK3_MAG_CAL 5 or 6 with EK3_SRC1_YAW 1 "
-    "(compass), EK3_SRC1_YAW 0, or 1 with COMPASS_ENABLE 0 or each COMPASS_USE 0, MOT_PWM_MIN below 1 or not "
+    "(compass), EK3_SRC1_YAW 0 or 8, 1 with COMPASS_ENABLE 0 or each COMPASS_USE 0, 2 with GPSn_TYPE 0 to 2, "
+    "INS_ENABLE_MASK 0 or each INS_USE 0, ESC_CALIBRATION 2 or 3, GPS_AUTO_SWITCH 0 with GPS_PRIMARY 1 and "
+    "GPS2_TYPE 0, MOT_PWM_MIN below 1 or not "
     "below MOT_PWM_MAX, a motor of FRAME_CLASS 1 to 5, 7, 12 or 14 on none of eight SERVOx_FUNCTION or more, "
     "RCx_OPTION 32 with 31 or 165, SERIALn_PROTOCOL 23 twice; an output in use with SERVOx_TRIM not between "
     "its MIN and MAX.  Receiver: of channels 1 to 8 RCx_TRIM not between RCx_MIN and RCx_MAX, of the sticks "
@@ -117,10 +120,11 @@ TAKEOFF_BLOCKED = Rule(
     summary="The vehicle arms and stays on the ground.",
     why="ArduPilot arms, says 'Takeoff blocked: ESC RPM too low' and stands on the ground with the mission "
     "begun (AP_Vehicle::motors_takeoff_check); PX4 waits with its motors off until it is thrown.",
-    how="TKOFF_RPM_MIN above 0 with no source of telemetry from the motors' controllers: no SERIALn_PROTOCOL "
-    "of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; not checked (X904) in a file "
-    "that names no serial port.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.  PX4: COM_THROW_EN is 1 "
-    "(flown: 160 s on the ground).",
+    how="MOT_SPOOL_TIME at or above DISARM_DELAY: disarmed on the ground before the motors are up (flown: 30 "
+    "s and 10.6 s).  TKOFF_RPM_MIN above 0 with no source of telemetry from the motors' controllers: no "
+    "SERIALn_PROTOCOL of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; not checked "
+    "(X904) in a file that names no serial port.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.  PX4: "
+    "COM_THROW_EN is 1 (flown: 160 s on the ground).",
     fix="set TKOFF_RPM_MIN to 0, or connect and set up the telemetry",
     instead="the parameters of --params",
 )
@@ -156,6 +160,19 @@ def _takeoff_blocked(
             asked_by=f"TKOFF_RPM_MIN of {least:g}",
             needs="the parameters that say whether motors tell their speeds: SERIALn_PROTOCOL, "
             "SERVO_BLH_BDMASK",
+        )
+
+
+@judges(TAKEOFF_BLOCKED, needs=(ARDUPILOT,))
+def _disarmed_before(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+    values = numbers(a)
+    spools_s, delay_s = values.get("MOT_SPOOL_TIME", 0.5), values.get("DISARM_DELAY", 10.0)
+    if 0.0 < delay_s <= spools_s:
+        yield a.finding(
+            TAKEOFF_BLOCKED,
+            f"the motors take {quantity.duration(spools_s)} to spool up (MOT_SPOOL_TIME): ArduPilot disarms "
+            f"on the ground after {quantity.duration(delay_s)} (DISARM_DELAY)",
+            fix="set MOT_SPOOL_TIME to 0.5",
         )
 
 

@@ -48,6 +48,10 @@ _LATER_SOURCES: Mapping[str, int] = {"POSZ": 1}
 """What a second or third set is by default: else nothing."""
 _HEADINGS_BY_SATELLITES = frozenset({2, 3})
 """EK3_SRCn_YAW: no sensor is asked for here, 2 and 3 need two receivers that tell it themselves."""
+_WITHOUT_HEADING = frozenset({0, 1, 2})
+"""GPSn_TYPE of none, of one found by itself and of u-blox: they tell no heading."""
+_NO_START = frozenset({2, 3})
+"""ESC_CALIBRATION that begins as the vehicle is switched on."""
 _SENSOR_TYPES: Mapping[int, tuple[str, str]] = {
     4: ("beacons", "BCN_TYPE"),
     5: ("optical flow", "FLOW_TYPE"),
@@ -192,10 +196,18 @@ class ArduPilotGiven(Value, kw_only=False, eq=False):
     @property
     def lacks_heading(self) -> bool:
         """Whether nothing gives a heading on the ground: without one there is no position."""
-        if self.value("EK3_SRC1_YAW", default=_COMPASS) != _COMPASS:
-            return self.values["EK3_SRC1_YAW"] == 0
+        source = self.value("EK3_SRC1_YAW", default=_COMPASS)
         used = (self.value(f"COMPASS_USE{number}", default=1) for number in ("", 2, 3))
-        return not (self.value("COMPASS_ENABLE", default=1) and any(used))
+        by_compass = self.value("COMPASS_ENABLE", default=1) and any(used)
+        receivers = (
+            self.value("GPS1_TYPE", "GPS_TYPE", default=1),
+            self.value("GPS2_TYPE", "GPS_TYPE2", default=0),
+        )
+        if source == _COMPASS:
+            return not by_compass
+        if source in _HEADINGS_BY_SATELLITES and _WITHOUT_HEADING.issuperset(receivers):
+            return source == min(_HEADINGS_BY_SATELLITES) or not by_compass
+        return source in {0, _GSF}
 
     @property
     def compasses(self) -> tuple[str, ...]:
@@ -309,7 +321,7 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
     ),
     (
         ALWAYS,
-        "no heading: EK3_SRC1_YAW is 0, or 1 with no compass in use",
+        "no heading: EK3_SRC1_YAW is 0 or 8, 1 with no compass in use, or 2 with no receiver that tells it",
         lambda p: p.lacks_heading,
     ),
     (
@@ -335,6 +347,28 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
             p.value("AHRS_EKF_TYPE", default=_EKF3) == number
             and p.value(f"EK{number}_IMU_MASK", default=3) == 0
             for number in (2, _EKF3)
+        ),
+    ),
+    (
+        ALWAYS,
+        "INS_ENABLE_MASK is 0, or each INS_USE: the estimate has no sensor to run on",
+        lambda p: (
+            p.value("INS_ENABLE_MASK", default=127) == 0
+            or not any(p.value(f"INS_USE{number}", default=1) for number in ("", 2, 3))
+        ),
+    ),
+    (
+        ALWAYS,
+        "ESC_CALIBRATION is 2 or 3: it calibrates the motors' controllers as it is switched on, and stays so",
+        lambda p: p.value("ESC_CALIBRATION", default=0) in _NO_START,
+    ),
+    (
+        ALWAYS,
+        "GPS_AUTO_SWITCH is 0 and GPS_PRIMARY 1: the second receiver is used, and there is none",
+        lambda p: (
+            p.value("GPS_AUTO_SWITCH", default=1) == 0
+            and p.value("GPS_PRIMARY", default=0) == 1
+            and p.value("GPS2_TYPE", "GPS_TYPE2", default=0) == 0
         ),
     ),
     (

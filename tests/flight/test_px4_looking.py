@@ -144,3 +144,18 @@ def test_a_heading_lags_behind_a_region_that_turns(*, faster: bool) -> None:
     assert look.is_off(math.radians(bearings[-1]), PX4) is faster
     lag_deg = bearings[-1] - math.degrees(look.heading_rad)
     assert lag_deg == pytest.approx(rate_deg_s**2 / (2.0 * ACC_DEG_S2), abs=1.5)
+
+
+def test_of_a_long_way_its_end_alone_is_looked_along() -> None:
+    # a turn round takes 42 s at most: where it looked minutes before does not tell where it looks then
+    def waits_s(north_m: float) -> float:
+        there, on = go(0.0, north_m, 20.0), go(30.0, north_m + 20.0, 20.0)
+        passing = looking(there, 3.0, north_m - 13.0)
+        looked, free = (
+            took_s(takeoff(20.0), one, on, parameters=SLOW).sum() for one in (passing, there)
+        )
+        return float(looked - free)
+
+    near_s = waits_s(280.0)  # 56 s at 5 m/s: all of the way
+    assert near_s > 1.0
+    assert [waits_s(2e3), waits_s(2e4)] == pytest.approx([near_s] * 2, abs=0.1)

@@ -170,8 +170,22 @@ def test_rotors_with_flaps_or_tilt_are_told(frame: int, *, is_told: bool) -> Non
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,910\n"),
         ("FS_THR_VALUE,909\n", "FS_THR_VALUE,909\nFS_THR_ENABLE,0\n"),
         # The first three tried in ArduPilot's simulation: "Need Position Estimate", never armed.
-        ("EK3_SRC1_YAW,0\n", "EK3_SRC1_YAW,2\n"),
-        ("COMPASS_ENABLE,0\n", "COMPASS_ENABLE,0\nEK3_SRC1_YAW,2\n"),
+        ("EK3_SRC1_YAW,0\n", "EK3_SRC1_YAW,3\n"),
+        ("COMPASS_ENABLE,0\n", "COMPASS_ENABLE,0\nEK3_SRC1_YAW,2\nGPS_TYPE,17\nGPS_TYPE2,18\n"),
+        # Tried with receivers that tell no heading: "Need Position Estimate".
+        ("EK3_SRC1_YAW,2\n", "EK3_SRC1_YAW,2\nGPS1_TYPE,1\nGPS2_TYPE,26\n"),
+        ("EK3_SRC1_YAW,8\n", "EK3_SRC1_YAW,6\nVISO_TYPE,1\n"),
+        ("COMPASS_ENABLE,0\nEK3_SRC1_YAW,3\n", "EK3_SRC1_YAW,3\n"),
+        # Tried: "EKF attitude is bad"; never starts; calibrates; "GPS 1: not healthy".
+        ("INS_USE,0\nINS_USE2,0\nINS_USE3,0\n", "INS_USE,0\nINS_USE2,0\n"),
+        ("INS_ENABLE_MASK,0\n", "INS_ENABLE_MASK,1\n"),
+        ("ESC_CALIBRATION,3\n", "ESC_CALIBRATION,1\n"),
+        ("ESC_CALIBRATION,2\n", "ESC_CALIBRATION,9\n"),
+        ("GPS_AUTO_SWITCH,0\nGPS_PRIMARY,1\n", "GPS_AUTO_SWITCH,1\nGPS_PRIMARY,1\n"),
+        (
+            "GPS_AUTO_SWITCH,0\nGPS_PRIMARY,1\nGPS_TYPE2,0\n",
+            "GPS_AUTO_SWITCH,0\nGPS_PRIMARY,1\nGPS_TYPE2,2\n",
+        ),
         (
             "COMPASS_USE,0\nCOMPASS_USE2,0\nCOMPASS_USE3,0\n",
             "COMPASS_USE,0\nCOMPASS_USE2,0\nCOMPASS_USE3,1\n",

@@ -61,6 +61,12 @@ def test_a_load_picked_up_on_the_way_needs_its_mass(
         ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nSERVO_BLH_BDMASK,15\n", set()),
         ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nCAN_P1_DRIVER,1\n", set()),
         ("TKOFF_RPM_MIN,0\n", set()),
+        (
+            "MOT_SPOOL_TIME,10\n",
+            {"M131"},
+        ),  # DISARM_DELAY is 10 s; flown with 30 s: disarmed after 10.6 s
+        ("MOT_SPOOL_TIME,9.9\n", set()),
+        ("MOT_SPOOL_TIME,30\nDISARM_DELAY,0\n", set()),
         ("TKOFF_RPM_MIN,500\n", {"X904"}),  # names no port: not known
     ],
 )

@@ -19,6 +19,8 @@ STEP_S = 0.05
 """Period in which headings are stepped. [s]"""
 _LONGEST_S = 60.0
 """Longer than any turn takes that a region of interest which no longer moves asks for. [s]"""
+_FORGETS = 4.0
+"""Turns round, begun and ended at rest, after which no matter where a vehicle looked before. [-]"""
 _ALIKE_RAD = math.radians(1.0)
 """Difference of headings [rad], and of their rates [rad s⁻¹], that is none."""
 _CREEP_M_S = 0.5
@@ -73,7 +75,7 @@ def looking_waits_s(
     ``MissionBase::heading_sp_update`` looks there from where the vehicle is, not from the waypoint it flies
     to: on the way past, it turns as the region does, even the other way round at first.
     """
-    waits = np.zeros_like(before_rad)
+    waits, seen_s = np.zeros_like(before_rad), _seen_s(moves.parameters)
     last, looks, region_m = -2, list[Look](), courses.target_m[0]
     for row in np.flatnonzero((moves.looks | moves.is_delay) & ~moves.is_first).tolist():
         if moves.looks[row]:
@@ -84,7 +86,9 @@ def looking_waits_s(
             looks = [Look(heading, 0.0) for heading in before_rad[:, row].tolist()]
         last = row
         hold_s = float(moves.hold_s[row])
-        on_the_way = _seen_rad(courses.way_m(row), region_m, moves.parameters)
+        on_the_way = _seen_rad(courses.way_m(row, seen_s), region_m, moves.parameters)
+        if courses.flown_s[row] > seen_s:
+            looks = [Look(on_the_way[0], 0.0)] * len(looks)
         over_it = _seen_rad(courses.over_m(row, hold_s), region_m, moves.parameters)
         done: dict[tuple[int, int], tuple[float, Look]] = {}
         for number, look in enumerate(looks):
@@ -97,6 +101,12 @@ def looking_waits_s(
                 done[look.rounded] = wait_s, arrived.followed(rest, moves.parameters)
             waits[number, row], looks[number] = done[look.rounded]
     return waits
+
+
+def _seen_s(parameters: Px4Parameters) -> float:
+    """Return the time of a way's end by which alone its last heading is."""
+    most, acceleration = parameters.yaw_rate_rad_s, parameters.yaw_acceleration_rad_s2
+    return max(_FORGETS * (math.tau / most + most / acceleration), _LONGEST_S)
 
 
 def _waited(look: Look, bearing_rad: list[float], parameters: Px4Parameters) -> tuple[float, Look]:
@@ -134,14 +144,21 @@ class Courses:
         self.end_m = self.straight_m + (limits.direction * limits.length_m[:, None])[:, :2]
         self.target_m = legs.planned.target_m[:, :2]
 
-    def way_m(self, row: int) -> FloatArray:
-        """Return places of a move, one each step: in its turn straight ahead, then at linear speeds."""
+    def way_m(self, row: int, last_s: float) -> FloatArray:
+        """Return places of a move, one each step: in its turn straight ahead, then at linear speeds.
+
+        None but those of its last seconds.
+        """
         whole_s = float(self.flown_s[row])
-        time_s = STEP_S * np.arange(1.0, round(whole_s / STEP_S) + 1.0)
+        first = max(round((whole_s - last_s) / STEP_S), 0)
+        time_s = STEP_S * np.arange(first + 1.0, round(whole_s / STEP_S) + 1.0)
         turn_s = float(self.time_s[0, row])
         knots_s = np.append(self.time_s[:, row], whole_s)
-        speed = np.interp(time_s, knots_s, np.append(self.speed_m_s[:, row], self.end_m_s[row]))
+        knots_m_s = np.append(self.speed_m_s[:, row], self.end_m_s[row])
+        speed = np.interp(time_s, knots_s, knots_m_s)
         flown = np.cumsum(np.where(time_s > turn_s, speed, 0.0))
+        if first:
+            flown += float(np.trapezoid(knots_m_s, knots_s)) / STEP_S - flown[-1]
         part = quotient(flown, np.full_like(flown, flown[-1:].sum()), 1.0)[:, None]
         way_m = self.end_m[row] - self.straight_m[row]
         return np.asarray(self._turned_m(row, np.asarray(time_s), turn_s) + way_m * part)
