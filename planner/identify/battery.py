@@ -9,7 +9,6 @@ it as such.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -124,8 +123,6 @@ def fit_battery(
 CAPACITY_PARAMETERS = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
 """Where ArduPilot and PX4 keep the charge of the full battery. [mAh]"""
 _CELL_PARAMETERS = ("BAT1_N_CELLS", "BAT_N_CELLS")
-_NEVER_SET_AH = 3.3
-"""What BATT_CAPACITY has where nobody set it (ArduPilot: AP_BattMonitor_Params.cpp). [Ah]"""
 _SAME_CHARGE = 0.01
 """States of charge that are one point of a curve. [-]"""
 _NOT_FULL = 0.98
@@ -286,8 +283,7 @@ def identify_battery(
     except IdentificationError as error:
         return _nothing(str(error), segments)
     of_voltage: dict[str, Any]
-    is_default = measured is None and settings.capacity_ah is None and _is_never_set(capacity_ah)
-    capacity = _capacity_readings(measured, new_ah, len(noted), is_default=is_default)
+    capacity = [] if measured is None else [_capacity_reading(measured, new_ah, len(noted))]
     full = "Every flight that began within 2 % of the highest voltage began with a full battery."
     if settings.chemistry is not None and cells is not None:
         # V = k E(s) - R I with the curve E of the kind of cell, by linear least squares
@@ -348,7 +344,7 @@ def identify_battery(
         ),
         outcome=StateOutcome(
             name="battery",
-            summary=f"{capacity_ah:g} Ah{_DEFAULT_HINT * is_default}, {summary}",
+            summary=f"{capacity_ah:g} Ah, {summary}",
             unit="V",
             estimates=(*estimates, *of_levels),
             segments=segments,
@@ -391,25 +387,6 @@ def _continued_as(fit: BatteryFit, kind: str) -> tuple[tuple[float, ...], tuple[
     )
     of_charge = np.concatenate((soc[below], used, soc[above]))
     return tuple(of_charge.round(4).tolist()), tuple(voltage_v.round(4).tolist())
-
-
-_DEFAULT_HINT = " (the default of BATT_CAPACITY: give --capacity)"
-
-
-def _capacity_readings(
-    measured: Estimate | None, new_ah: float | None, flights: int, *, is_default: bool
-) -> tuple[str, ...]:
-    if measured is not None:
-        return (_capacity_reading(measured, new_ah, flights),)
-    never_set = (
-        f"The capacity of {_NEVER_SET_AH:g} Ah is that of a BATT_CAPACITY that was never set: where the "
-        "label says another, the charge at every voltage is wrong; identify again with --capacity."
-    )
-    return (never_set,) if is_default else ()
-
-
-def _is_never_set(capacity_ah: float) -> bool:
-    return math.isclose(capacity_ah, _NEVER_SET_AH, rel_tol=1e-6)
 
 
 def _capacity_reading(measured: Estimate, new_ah: float | None, flights: int) -> str:

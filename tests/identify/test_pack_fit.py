@@ -128,20 +128,6 @@ def test_the_voltage_below_what_was_used_falls_as_that_of_cells(
     assert "49% of the charge only" in found.readings[0]
 
 
-@pytest.mark.parametrize(
-    ("set_mah", "given_ah", "is_told"),
-    [(3300.0, None, True), (3300.0, 3.3, False), (3299.0, None, False), (3301.0, None, False)],
-)
-def test_a_capacity_that_nobody_set_is_told(
-    set_mah: float, given_ah: float | None, *, is_told: bool
-) -> None:
-    record = replace(discharge(1), parameters={"BATT_CAPACITY": set_mah})
-    found = identify_battery([record], PackSettings(capacity_ah=given_ah))
-    assert found.battery is not None
-    assert any("never set" in one for one in found.readings) == is_told
-    assert ("give --capacity" in found.outcome.summary) == is_told
-
-
 def test_a_flight_that_did_not_begin_full_is_refused() -> None:
     found = identify_battery([discharge(1), discharge(2, full=0.6)], PackSettings())
     assert [s.refusal for s in found.outcome.segments][1].endswith("not full")
