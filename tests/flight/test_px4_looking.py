@@ -158,4 +158,5 @@ def test_of_a_long_way_its_end_alone_is_looked_along() -> None:
 
     near_s = waits_s(280.0)  # 56 s at 5 m/s: all of the way
     assert near_s > 0.5
-    assert [waits_s(2e3), waits_s(2e4)] == pytest.approx([near_s] * 2, abs=0.1)
+    # of ways beyond 10 km it is not stepped how the waypoint is swung over
+    assert [waits_s(2e3), waits_s(2e4)] == pytest.approx([near_s] * 2, abs=0.5)

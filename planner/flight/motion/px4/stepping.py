@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
 
 LONGEST_S = 200.0
-"""Time after which it is given up to come onto a leg. [s]"""
+"""Time after which it is given up to come onto a leg; beyond that of its way, where it is flown to its end.
+[s]"""
 PERIOD_S = 0.02
 """Period of PX4's trajectory. [s]"""
 _KNOT_S = 0.2
@@ -72,6 +73,16 @@ class SteppedLeg(NamedTuple):
     the line to it is kept."""
 
     @property
+    def longest_s(self) -> float:
+        """Time after which it is given up. [s]"""
+        if self.hold_s is None:
+            return LONGEST_S
+        east, north, up = self.place_m
+        way_s = math.hypot(east, north) / self.level.speed_m_s
+        rise_s = abs(up) / min(self.up.speed_m_s, self.down.speed_m_s)
+        return LONGEST_S + max(way_s, rise_s) + self.hold_s
+
+    @property
     def judged_s(self) -> float:
         """When in a step it is judged what to do in it: PX4's steps are shorter than those of turns. [s]"""
         return 0.5 * self.period_s if self.is_turn else 0.0
@@ -107,7 +118,8 @@ def stepped(swing: SteppedLeg) -> Swung:
     turned, astray_m, reached, knots, gained = 0, 0.0, -1, [], (0.0, 0.0)
     period_s = swing.period_s
     kept = round(_KNOT_S / period_s)
-    while steps * period_s < LONGEST_S:
+    longest_s = swing.longest_s
+    while steps * period_s < longest_s:
         place, velocity = _state(axes)
         to_go = _minus(place)
         left_m, speed = math.hypot(*to_go[:2]), math.hypot(*velocity[:2])

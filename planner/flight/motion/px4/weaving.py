@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.flight.motion.kinematics import Columns, horizontal, quotient
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.flight.motion.px4.braking import STILL_M, allowed_speed_m_s, ramp_time_s
 from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.flight.motion.px4.stepping import (
@@ -53,6 +53,8 @@ _NAVIGATED_S = 0.1
 """Time for which a LOITER_TO_ALT is flown that is reached at once: two runs of PX4's navigator. [s]"""
 _COARSE_S = 0.1
 """Period that does for returns, of which there are many, and where nothing is left to chance. [s]"""
+_FARTHEST_M = 10_000.0
+"""Way up to which it is stepped how a waypoint is swung over at its end."""
 _LOW_M = 3.0
 """Change of height up to which a LOITER_TO_ALT is over before its speed is steady. [m]"""
 
@@ -148,7 +150,8 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     weaves = Weaves.none(len(turns.duration_s))
     flies = (planned.is_leg | planned.is_wait) & ~planned.is_takeoff & (planned.pause_s == 0.0)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
-    for row in np.flatnonzero(flies & (planned.swings | _circles(begun, l1))).tolist():
+    swings = planned.swings & (lengths(planned.target_m - begun.place_m) < _FARTHEST_M)
+    for row in np.flatnonzero(flies & (swings | _circles(begun, l1))).tolist():
         hold_s = max(float(planned.hold_s[row]), _NAVIGATED_S)
         weaves.step(row, stepped(_swing(begun, row, hold_s=hold_s)), planned.target_m[row], turns)
         weaves.is_held[row] = True
