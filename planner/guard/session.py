@@ -140,8 +140,8 @@ class VehicleWatch:
     def take_battery(self, received: Message, state: VehicleState) -> tuple[Event, ...]:
         """Keep charge and voltage that a SYS_STATUS or the first battery's BATTERY_STATUS reports."""
         percent = received["battery_remaining"]
-        if received.fields.get("id", 0) != 0:
-            return ()
+        if received.fields.get("id", 0) != 0 or state.is_armed is None:
+            return ()  # of another battery, or one of which nobody knows whether it is under load
         voltage_v = None if state.battery is None else state.battery.voltage_v
         if state.is_armed is False:
             self.before_arming = state.battery

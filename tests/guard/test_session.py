@@ -49,6 +49,14 @@ class LateParameters(GuardedVehicle):
         return super()._on_param_request_list(one, now_s) if now_s > 60.0 else []
 
 
+class RareHeartbeats(GuardedVehicle):
+    """It says every 3 s whether it is armed, and the rest as often as others."""
+
+    def _state(self) -> list[Message]:
+        said = super()._state()
+        return said if self.state_s % 3.0 < 0.5 else said[1:]
+
+
 @dataclass
 class Run:
     vehicle: GuardedVehicle
@@ -178,6 +186,15 @@ def test_a_flight_begins_with_the_charge_that_the_voltage_had_before_it_armed(
     run = guard(vehicle, until_s=110.0, check=FOUR_CELLS, predictions=predictions)
     assert run.checks == 2
     assert [one.charge for one in predictions] == pytest.approx([charge] * 2, abs=0.001)
+
+
+def test_a_voltage_counts_once_it_is_known_whether_the_motors_stand() -> None:
+    """ArduPilot SITL tells its battery before its second heartbeat: the full one it claimed was a go."""
+    made = guarded(voltage_mv=14_800)
+    vehicle = RareHeartbeats(**{one.name: getattr(made, one.name) for one in fields(made)})
+    predictions: list[Prediction] = []
+    guard(vehicle, until_s=20.0, check=FOUR_CELLS, predictions=predictions)
+    assert [one.charge for one in predictions] == pytest.approx([0.469], abs=0.001)
 
 
 def test_a_mission_that_is_no_go_is_denied_with_the_finding() -> None:
