@@ -359,16 +359,17 @@ def assemble_model(
     findings = list(dict.fromkeys(f for record in records for f in record.findings))
     findings += pack.findings
     parameters: tuple[tuple[str, float], ...] = ()
+    times_heavier = [settings.times_heavier(record) for record in records]
     if reference is Autopilot.STEP:
         if ramps is None:
             _refuse_lacking_motion(responses, outcomes)
     else:
-        parameters, differing = flown_parameters(
-            records, reference, [settings.times_heavier(record) for record in records]
-        )
+        parameters, differing = flown_parameters(records, reference, times_heavier)
         findings += differing
-    lean = identified_lean(records, base)
-    drag = identify_drag(records) if reference is Autopilot.PX4 else None
+    lean = identified_lean(records, base, times_heavier=times_heavier)
+    drag = (
+        identify_drag(records, times_heavier=times_heavier) if reference is Autopilot.PX4 else None
+    )
     of_base = base.drag_per_s if base is not None and reference is Autopilot.PX4 else None
     mass_kg = settings.own_mass_kg
     findings += [*_reported(outcomes, settings, mass_kg), *_vehicles(records)]

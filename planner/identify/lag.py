@@ -21,8 +21,12 @@ _LEAST_ERRORS = 3.0
 """Standard errors a drag must be from zero to be told from none. [-]"""
 
 
-def identify_drag(records: Sequence[FlightRecord]) -> Estimate | None:
+def identify_drag(
+    records: Sequence[FlightRecord], *, times_heavier: Sequence[float] = ()
+) -> Estimate | None:
     """Return the deceleration by the air over airspeed, in 1/s; ``None`` where the logs do not tell it.
+
+    ``times_heavier`` are the masses that flew over that of the model, left out of a mass that is not known.
 
     Notes
     -----
@@ -32,7 +36,12 @@ def identify_drag(records: Sequence[FlightRecord]) -> Estimate | None:
     (1 + d) v̇ − a_t is D x, x the velocity less itself smoothed with k/i: a line through zero, for east and
     north alike.  A steady wind leaves both alone.
     """
-    spans = [span for record in records for span in _spans(record)]
+    times = times_heavier or [1.0] * len(records)
+    spans = [
+        (motion, asked * own)
+        for record, own in zip(records, times, strict=True)
+        for motion, asked in _spans(record)
+    ]
     if not spans:
         return None
     motion, asked = (np.concatenate(column) for column in zip(*spans, strict=True))

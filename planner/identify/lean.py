@@ -36,6 +36,8 @@ _DRAG_ERROR = 0.03
 """Of the drag of a steady leg, relative: half a degree in fifteen. [-]"""
 _LIMIT_ERROR = 0.03
 """Most that the airspeed at the greatest lean is off by where less lean tells it. [-]"""
+_USUAL_EXPONENT = 1.5
+"""Of a drag whose exponent flights do not tell: between that of rotors and that of a body. [-]"""
 _AHEAD_RAD = math.radians(45.0)
 """Between heading and course, in the mean, up to which the nose points along the way."""
 _SHORTEST_S = 5.0
@@ -49,7 +51,7 @@ class LeanFlight(Value):
     """Lowest airspeed held at the greatest lean angle, else the fastest flown; ``None``: how much it leans
     there is not known well enough to tell the limit."""
     limit_lean_deg: float | None
-    """The angle of that airspeed. [°]"""
+    """The angle at which the model's mass holds it. [°]"""
     drag_exponent: float | None
     """Power of the airspeed that the drag goes by; ``None``: not shown. [-]"""
     sure_airspeed_m_s: float | None = None
@@ -61,7 +63,8 @@ class _Lean(NamedTuple):
 
     airspeed_m_s: float
     drag: float
-    """Over the weight: the level thrust, less what still speeds the vehicle up. [-]"""
+    """Over the weight of the model: the level thrust, less what still speeds the vehicle up. [-]"""
+    times_heavier: float
     lean_rad: float
     limit_rad: float | None
     is_held_back: bool
@@ -78,19 +81,34 @@ class _Lean(NamedTuple):
 
 
 def identified_lean(
-    records: Sequence[FlightRecord], base: VehicleModel | None = None
+    records: Sequence[FlightRecord],
+    base: VehicleModel | None = None,
+    *,
+    times_heavier: Sequence[float] = (),
 ) -> LeanFlight:
     """Return what flights show of lean and drag; where they show no limit, all that a base model gives.
 
     The limit is the lowest airspeed at it: where the wind is not known, it is over ground, and a headwind
     takes off it what a tailwind adds.  Where it was not come to, it is the fastest that was flown, at the
-    lean that the drag of all flights has there, if that tells the airspeed at the limit within 3 %.
+    lean that the drag of all legs has there, if that tells the airspeed at the limit within 3 %.
+
+    ``times_heavier`` are the masses that flew over that of the model, left out of a mass that is not known:
+    what is heavier leans less against the same drag.
     """
-    steady = [one for record in records for one in _steady(record)]
+    times = times_heavier or [1.0] * len(records)
+    steady = [
+        one for record, own in zip(records, times, strict=True) for one in _steady(record, own)
+    ]
     law = _DragLaw.of([one for one in steady if one.is_ahead]) or _DragLaw.of(steady)
-    held = min((one for one in steady if one.is_at_limit), default=None)
+    exponent = _USUAL_EXPONENT if law is None else law.exponent
+    held = max(
+        (one for one in steady if one.is_at_limit),
+        key=lambda one: one.drag / one.airspeed_m_s**exponent,
+        default=None,
+    )
     if held is not None and held.limit_rad is not None:
-        return _limited(held.airspeed_m_s, held.limit_rad, law)
+        lean_rad = math.atan(math.tan(held.limit_rad) * held.times_heavier)
+        return _limited(held.airspeed_m_s, lean_rad, law)
     if base is not None and base.airspeed_limit_m_s is not None:
         return LeanFlight(
             airspeed_limit_m_s=base.airspeed_limit_m_s,
@@ -105,12 +123,12 @@ def identified_lean(
         lean_rad = min(math.atan(law.drag(fastest.airspeed_m_s)), fastest.limit_rad)
         airspeed_m_s = min(fastest.airspeed_m_s, law.airspeed_m_s(most))
         return _limited(airspeed_m_s, lean_rad, law)
-    more = max(most / fastest.drag, 1.0)
+    more = most / fastest.drag
     return LeanFlight(
         airspeed_limit_m_s=None,
         limit_lean_deg=None,
         drag_exponent=None,
-        sure_airspeed_m_s=rounded(fastest.airspeed_m_s * math.sqrt(more), 3),
+        sure_airspeed_m_s=rounded(fastest.airspeed_m_s * min(more, math.sqrt(more)), 3),
     )
 
 
@@ -191,7 +209,7 @@ def level_parts(record: FlightRecord) -> list[slice]:
     ]
 
 
-def _steady(record: FlightRecord) -> Iterator[_Lean]:
+def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
     limit_rad = _lean_angle_max_rad(record)
     roll, pitch = np.radians(record.roll_deg), np.radians(record.pitch_deg)
     lean_rad = np.arccos(np.cos(roll) * np.cos(pitch))
@@ -203,11 +221,12 @@ def _steady(record: FlightRecord) -> Iterator[_Lean]:
     for part in level_parts(record):
         gained_m_s2 = float(np.polyfit(record.time_s[part], airspeed[part], 1)[0])
         mean_rad = float(lean_rad[part].mean())
-        drag = math.tan(mean_rad) - gained_m_s2 / GRAVITY_M_S2
+        drag = (math.tan(mean_rad) - gained_m_s2 / GRAVITY_M_S2) * times_heavier
         if drag > 0.0:
             yield _Lean(
                 airspeed_m_s=float(airspeed[part].mean()),
                 drag=drag,
+                times_heavier=times_heavier,
                 lean_rad=mean_rad,
                 limit_rad=limit_rad,
                 is_held_back=bool(ground_speed[part].mean() < _HELD_BACK * commanded[part].mean()),

@@ -221,7 +221,7 @@ def refine_vehicle(
     if vehicle.reference is not Autopilot.STEP:
         flown, differing = flown_parameters(records, vehicle.reference, times_heavier)
         parameters = kept_parameters(vehicle.reference, dict(vehicle.parameters), dict(flown))
-    lean = identified_lean(records, vehicle)
+    lean = identified_lean(records, vehicle, times_heavier=times_heavier)
     model = replace(
         vehicle,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,

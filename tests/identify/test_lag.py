@@ -115,3 +115,11 @@ def test_the_noise_is_that_of_hovers_and_not_of_places_overshot() -> None:
     flown = replace(record, autopilot=Autopilot.PX4)
     assert flown_position_noise_m(flown) == pytest.approx(0.2 * np.sqrt(np.pi / 2.0), rel=0.07)
     assert flown_position_noise_m(replace(record, autopilot=Autopilot.ARDUPILOT)) == 0.0
+
+
+def test_a_load_is_slowed_down_less_by_the_same_drag() -> None:
+    record = flown(0.4)
+    alone, loaded = identify_drag([record]), identify_drag([record], times_heavier=[1.2])
+    assert alone is not None
+    assert loaded is not None
+    assert loaded.value == pytest.approx(1.2 * alone.value)

@@ -79,6 +79,25 @@ def test_the_limit_is_that_of_legs_flown_nose_first() -> None:
     assert found.limit_lean_deg == pytest.approx(29.3, abs=0.2)
 
 
+def test_a_load_leans_less_against_the_same_drag() -> None:
+    # 1 kg more on 3 kg, held to 30°: that drag is 4/3 of what 3 kg hold at 30°
+    held = flight((5.0, lean_deg(5.0), 5.0), (10.0, 30.0, 12.0))
+    found = identified_lean([held], times_heavier=[4.0 / 3.0])
+    at_limit = math.degrees(math.atan(math.tan(math.radians(30.0)) * 4.0 / 3.0))
+    limit = found.airspeed_limit_m_s, found.limit_lean_deg
+    assert limit == pytest.approx((10.0, at_limit), abs=0.01)
+    # ArduCopter's simulator with that load: 22.28° at 10.03 m/s; 3 kg are held to 10.21 m/s at 30°
+    leant = [(one, lean_deg(one, 12.6, 1.48), one) for one in (5.0, 7.5, 10.03)]
+    loaded = identified_lean([flight(*leant)], times_heavier=[4.0 / 3.0])
+    model = replace(
+        load_vehicle("arducopter-sitl-quad"),
+        airspeed_limit_m_s=loaded.airspeed_limit_m_s,
+        airspeed_limit_lean_deg=loaded.limit_lean_deg,
+        drag_exponent=loaded.drag_exponent,
+    )
+    assert model.airspeed_limit_at(math.radians(30.0)) == pytest.approx(10.21, rel=0.03)
+
+
 def test_what_still_speeds_a_vehicle_up_is_no_drag() -> None:
     # 0.2 m/s² of 9.81 are 0.0204 of the weight; 8 m/s in the middle of the second half
     steady = flight((8.0, lean_deg(8.0), 8.0))
