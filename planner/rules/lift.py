@@ -43,6 +43,9 @@ _SAME_NUMBER = 1e-6
 """Numbers this near are one: files write them in single precision. [-]"""
 _AIR_SLACK = 1.02
 """Thrust a little beyond what a data sheet stands for is taken: 2 % of density. [-]"""
+_USUAL_AIR = 1.05
+"""Thrust over that at sea level up to which a maker's masses are flown all the same: that of 500 m or 29 °C.
+[-]"""
 _MOST_HOVER = 0.6
 """Fraction of its thrust that a vehicle hovers with as a rule, at most, as the prior thrust_ratio has it:
 ArduPilot's guide finds MOT_THST_HOVER between 0.2 and 0.6 (copter/source/docs/ac_throttlemid.rst). [-]"""
@@ -345,15 +348,15 @@ LIFT_UNKNOWN = Rule(
     "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
     how="Mass over air density, at the highest point of the flight with payload, over that of a flight the "
     "model knows: more than 1.33 (thrust falls with air density as weight grows), for a hover with 0.6 of "
-    "the thrust, the most that is usual, then takes the 0.8 from which on ArduPilot has no lean left.  "
-    "Of the ranges of [valid_for] nobody knows which of both were flown together: it flew the heaviest in "
-    "its densest air, 1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a "
-    "range the model's "
-    "own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to lift the "
-    "heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in 1.225 "
-    "kg/m³, and its own mass in the thinnest air of it; no more than that.  Where thrust_max_n or a measured "
-    "hover throttle tells the thrust E116 judges instead; how heavy one from a data sheet may be, with "
-    "thrust_max_n alone.  And no vehicle more than mass_max_kg.",
+    "the thrust, the most that is usual, then takes the 0.8 from which on ArduPilot has no lean left.  Of "
+    "the ranges of [valid_for] nobody knows which of both were flown together: it flew the heaviest in its "
+    "densest air, 1.225 kg/m³ at most, and the lightest in its thinnest; the more counts.  Without a range "
+    "the model's own mass, in 1.225 kg/m³.  Of a model from a data sheet nobody flew anything: it is held to "
+    "lift the heaviest of [valid_for], its maker's highest take-off mass or 1.33 times that of the sheet, in "
+    "1.225 kg/m³, and its own mass in the thinnest air of it; no more than that, up to 5 % more for the air "
+    "a warning (500 m, or 29 °C at sea level).  Where thrust_max_n or a measured hover throttle tells the "
+    "thrust E116 judges instead; how heavy one from a data sheet may be, with thrust_max_n alone.  And no "
+    "vehicle more than mass_max_kg.",
     fix="carry less, fly lower, or record such a flight and run mavjoule identify",
     instead="--payload",
 )
@@ -474,6 +477,7 @@ def _beyond_sheet(a: Assessment, thin_kg_m3: float) -> Iterator[Finding]:
             f"{quantity.mass(mass_kg)} in air of {quantity.decimals(thin_kg_m3, 2)} kg/m³ needs "
             f"{quantity.beside(lifted, known, times_text)} the thrust of {quantity.mass(own_kg)} at sea "
             f"level; nobody flew this vehicle, no more than {times_text(known)} is taken for granted",
+            severity=Severity.WARNING if lifted <= _USUAL_AIR * known else None,
             fix=_STATE_THRUST,
         )
 

@@ -309,6 +309,24 @@ def test_a_throttle_tells_what_thin_air_takes_of_a_vehicle_of_a_data_sheet(
     assert errors == codes
 
 
+@pytest.mark.parametrize(
+    ("home_m", "severity"),
+    [
+        # standard air, 30 m above a home of: 100 m 1.25 % thinner than at sea level, 400 m 4.1 %, 600 m 5.9 %
+        (100.0, None),
+        (400.0, Severity.WARNING),
+        (600.0, Severity.ERROR),
+    ],
+)
+def test_the_makers_heaviest_is_flown_in_the_air_of_the_plains(
+    home_m: float, severity: Severity | None
+) -> None:
+    vehicle = load_vehicle("freefly-alta-x")
+    assert (vehicle.mass_kg, vehicle.mass_max_kg) == pytest.approx((19.6, 34.86), abs=0.1)
+    found = reported("E120", vehicle, battery=vehicle.battery, payload_kg=15.2, home_amsl_m=home_m)
+    assert [one for one, _ in found] == ([] if severity is None else [severity])
+
+
 def test_no_vehicle_lifts_more_than_its_maker_allows() -> None:
     # whether from a data sheet or from flights: 0.1 kg beyond it, and as much as it
     for vehicle in (SHEET, QUAD):
