@@ -696,9 +696,9 @@ def _setup(
     )
     assumed = ["wind in the log: calm assumed"] if wind is None else []
     assumed += ["altitude of home in the log"] if home_amsl_m is None else []
-    messages = [*leant, f"{record.source}: no {' and no '.join(assumed)}"][
-        : len(leant) + bool(assumed)
-    ]
+    messages = list(leant)
+    if assumed:
+        messages.append(f"{record.source}: no {' and no '.join(assumed)}")
     return setup, [CONDITIONS_ASSUMED.finding(message) for message in messages]
 
 
