@@ -217,8 +217,13 @@ def _late_ratios(
 
 
 def _held_m_s(vehicle: VehicleModel, identified_m_s: float, shown_m_s: float | None) -> float:
-    """Return the highest airspeed that a vehicle is known to hold. [m s⁻¹]"""
-    return vehicle.airspeed_limit_m_s or (identified_m_s if shown_m_s is None else shown_m_s)
+    """Return the highest airspeed a vehicle is sure to hold: its limit less two deviations. [m s⁻¹]"""
+    limit_m_s, fraction = vehicle.airspeed_limit_m_s, vehicle.airspeed_limit_fraction
+    if limit_m_s is None:
+        return identified_m_s if shown_m_s is None else shown_m_s
+    if fraction is None:
+        return limit_m_s
+    return (limit_m_s if shown_m_s is None else min(limit_m_s, shown_m_s)) * (1.0 - 2.0 * fraction)
 
 
 def _is_within(

@@ -394,6 +394,7 @@ def assemble_model(
         thrust_max_n=None if base is None else base.thrust_max_n,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,
         airspeed_limit_lean_deg=lean.limit_lean_deg,
+        airspeed_limit_fraction=lean.limit_fraction,
         drag_exponent=lean.drag_exponent,
         position_noise_m=noise_m,
         drag_per_s=of_base if drag is None else float(f"{drag.value:.4g}"),

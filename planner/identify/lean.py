@@ -10,7 +10,7 @@ import numpy as np
 from planner.identify.segments import climb_rate_m_s, is_steady, run_bounds, speed_through_air_m_s
 from planner.identify.uncertainty import rounded
 from planner.units import GRAVITY_M_S2
-from planner.values import Value
+from planner.values import Value, replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import VehicleModel
 
+LEANT_WIND = "how the vehicle leans"
+"""Where the wind of a record is found that no message of its log holds."""
+
 _NEAR_RAD = math.radians(0.5)
 """A mean lean within this of the limit is at it: the limit is one of the target, which the vehicle
 follows without a steady error; recorded within 0.05°."""
-_HELD_BACK = 0.97
-"""Below this fraction of the speed commanded the vehicle does not come to it. [-]"""
 _LEVEL_M_S = 0.3
 """Climb rate below which flight is level: a climb tilts the thrust by what it does not take of drag."""
 _MOVING_M_S = 2.0
@@ -34,6 +35,12 @@ _APART = 1.3
 """An exponent takes airspeeds at least so far apart: half a degree of lean is then 0.1 of it. [-]"""
 _DRAG_ERROR = 0.03
 """Of the drag of a steady leg, relative: half a degree in fifteen. [-]"""
+_WIND_ERROR = 0.15
+"""Of a wind that the lean tells, relative: in ArduPilot's simulation within 13 % in eight flights. [-]"""
+_HELD_ERROR = 0.01
+"""Of an airspeed held at the greatest lean, relative: the noise of velocities over seconds. [-]"""
+_COMPARED = 0.5
+"""Fraction of the fastest from which on legs tell what more lean is sure to hold. [-]"""
 _LIMIT_ERROR = 0.03
 """Most that the airspeed at the greatest lean is off by where less lean tells it. [-]"""
 _USUAL_EXPONENT = 1.5
@@ -54,8 +61,13 @@ class LeanFlight(Value):
     """The angle at which the model's mass holds it. [°]"""
     drag_exponent: float | None
     """Power of the airspeed that the drag goes by; ``None``: not shown. [-]"""
+    limit_fraction: float | None = None
+    """Standard deviation of that airspeed, relative. [-]"""
     sure_airspeed_m_s: float | None = None
     """Without a limit, what the greatest lean holds at least: drag goes by the square at most."""
+
+
+_UNKNOWN = LeanFlight(airspeed_limit_m_s=None, limit_lean_deg=None, drag_exponent=None)
 
 
 class _Lean(NamedTuple):
@@ -67,17 +79,14 @@ class _Lean(NamedTuple):
     times_heavier: float
     lean_rad: float
     limit_rad: float | None
-    is_held_back: bool
+    error: float
+    """Of the airspeed, by that of a wind that the lean itself tells, relative. [-]"""
     is_ahead: bool
     """Whether the nose points along the way, as on the legs of missions; trim and frame drag otherwise."""
 
     @property
     def is_at_limit(self) -> bool:
-        return (
-            self.limit_rad is not None
-            and self.is_held_back
-            and abs(self.lean_rad - self.limit_rad) < _NEAR_RAD
-        )
+        return self.limit_rad is not None and abs(self.lean_rad - self.limit_rad) < _NEAR_RAD
 
 
 def identified_lean(
@@ -99,7 +108,9 @@ def identified_lean(
     steady = [
         one for record, own in zip(records, times, strict=True) for one in _steady(record, own)
     ]
-    law = _DragLaw.of([one for one in steady if one.is_ahead]) or _DragLaw.of(steady)
+    ahead = [one for one in steady if one.is_ahead]
+    calm = [one for one in ahead if not one.error]
+    law = _DragLaw.of(calm) or _DragLaw.of(ahead) or _DragLaw.of(steady)
     exponent = _USUAL_EXPONENT if law is None else law.exponent
     held = max(
         (one for one in steady if one.is_at_limit),
@@ -108,27 +119,48 @@ def identified_lean(
     )
     if held is not None and held.limit_rad is not None:
         lean_rad = math.atan(math.tan(held.limit_rad) * held.times_heavier)
-        return _limited(held.airspeed_m_s, lean_rad, law)
+        found = _limited(held, lean_rad, law, _HELD_ERROR)
+        return found if base is None or not _leans_more(base, found, exponent) else _of_base(base)
     if base is not None and base.airspeed_limit_m_s is not None:
-        return LeanFlight(
-            airspeed_limit_m_s=base.airspeed_limit_m_s,
-            limit_lean_deg=base.airspeed_limit_lean_deg,
-            drag_exponent=base.drag_exponent,
-        )
-    fastest = max((one for one in steady if one.limit_rad is not None), default=None)
+        return _of_base(base)
+    limited = [one for one in steady if one.limit_rad is not None]
+    fastest = max(limited, default=None)
     if fastest is None or fastest.limit_rad is None:
-        return LeanFlight(airspeed_limit_m_s=None, limit_lean_deg=None, drag_exponent=None)
+        return _UNKNOWN
     most = math.tan(fastest.limit_rad)
     if law is not None and law.error_at(most) <= _LIMIT_ERROR:
         lean_rad = min(math.atan(law.drag(fastest.airspeed_m_s)), fastest.limit_rad)
-        airspeed_m_s = min(fastest.airspeed_m_s, law.airspeed_m_s(most))
-        return _limited(airspeed_m_s, lean_rad, law)
-    more = most / fastest.drag
+        flown = fastest._replace(airspeed_m_s=min(fastest.airspeed_m_s, law.airspeed_m_s(most)))
+        return _limited(flown, lean_rad, law, law.error_at(most))
+    sure_m_s = min(
+        one.airspeed_m_s * (1.0 - one.error) * min(most / one.drag, math.sqrt(most / one.drag))
+        for one in limited
+        if one.airspeed_m_s >= _COMPARED * fastest.airspeed_m_s
+    )
+    return replace(_UNKNOWN, sure_airspeed_m_s=rounded(sure_m_s, 3))
+
+
+def _leans_more(base: VehicleModel, found: LeanFlight, exponent: float) -> bool:
+    """Return whether a base model holds less airspeed at one lean than what flights show."""
+    if base.airspeed_limit_m_s is None or base.airspeed_limit_lean_deg is None:
+        return False
+    assert found.airspeed_limit_m_s is not None
+    assert found.limit_lean_deg is not None
+    own, shown = (
+        math.tan(math.radians(lean))
+        for lean in (base.airspeed_limit_lean_deg, found.limit_lean_deg)
+    )
+    return bool(
+        own / base.airspeed_limit_m_s**exponent > shown / found.airspeed_limit_m_s**exponent
+    )
+
+
+def _of_base(base: VehicleModel) -> LeanFlight:
     return LeanFlight(
-        airspeed_limit_m_s=None,
-        limit_lean_deg=None,
-        drag_exponent=None,
-        sure_airspeed_m_s=rounded(fastest.airspeed_m_s * min(more, math.sqrt(more)), 3),
+        airspeed_limit_m_s=base.airspeed_limit_m_s,
+        limit_lean_deg=base.airspeed_limit_lean_deg,
+        drag_exponent=base.drag_exponent,
+        limit_fraction=base.airspeed_limit_fraction,
     )
 
 
@@ -144,6 +176,8 @@ class _DragLaw(NamedTuple):
     spread: float
     """Root of the sum of squares of the logarithms of the airspeeds. [-]"""
     legs: int
+    wind_error: float
+    """Of the airspeeds, by winds that the lean tells: all of a flight err alike. [-]"""
 
     @classmethod
     def of(cls, steady: Sequence[_Lean]) -> _DragLaw | None:
@@ -167,6 +201,7 @@ class _DragLaw(NamedTuple):
             deviation=max(deviation, _DRAG_ERROR),
             spread=math.sqrt(square),
             legs=len(x),
+            wind_error=math.sqrt(float(np.mean(np.square([one.error for one in steady])))),
         )
 
     def drag(self, airspeed_m_s: float) -> float:
@@ -182,14 +217,24 @@ class _DragLaw(NamedTuple):
         """Return how far, relative, that airspeed may be off: a standard error. [-]"""
         away = math.log(self.airspeed_m_s(drag)) - self.log_airspeed
         leverage = math.sqrt(1.0 / self.legs + (away / self.spread) ** 2)
-        return self.deviation / self.exponent * leverage
+        return math.hypot(self.deviation / self.exponent * leverage, self.wind_error)
 
 
-def _limited(airspeed_m_s: float, lean_rad: float, law: _DragLaw | None) -> LeanFlight:
+def _limited(flown: _Lean, lean_rad: float, law: _DragLaw | None, error: float) -> LeanFlight:
     return LeanFlight(
-        airspeed_limit_m_s=rounded(airspeed_m_s, 4),
+        airspeed_limit_m_s=rounded(flown.airspeed_m_s, 4),
         limit_lean_deg=rounded(math.degrees(lean_rad), 4),
         drag_exponent=None if law is None else rounded(law.exponent, 3),
+        limit_fraction=rounded(math.hypot(error, flown.error), 2),
+    )
+
+
+def leant_wind_m_s(record: FlightRecord) -> float:
+    """Return the speed of the wind of a record that its lean tells; 0 where none does. [m s⁻¹]"""
+    if not any(row.found_in == LEANT_WIND for row in record.quantities):
+        return 0.0
+    return float(
+        np.hypot(np.nanmax(np.abs(record.wind_north_m_s)), np.nanmax(np.abs(record.wind_east_m_s)))
     )
 
 
@@ -214,11 +259,14 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
     roll, pitch = np.radians(record.roll_deg), np.radians(record.pitch_deg)
     lean_rad = np.arccos(np.cos(roll) * np.cos(pitch))
     airspeed = speed_through_air_m_s(record)
-    commanded, ground_speed = record.reference_speed_m_s, record.ground_speed_m_s
+    wind_error_m_s = _WIND_ERROR * leant_wind_m_s(record)
     course_rad = np.arctan2(record.velocity_east_m_s, record.velocity_north_m_s)
     turned = np.exp(1j * (np.radians(record.yaw_deg) - course_rad))
     beside = np.abs(np.angle(turned))
+    is_blown = wind_error_m_s > 0.0
     for part in level_parts(record):
+        if is_blown and not np.isfinite(record.wind_north_m_s[part]).all():
+            continue  # at another height, in a wind that nobody knows
         gained_m_s2 = float(np.polyfit(record.time_s[part], airspeed[part], 1)[0])
         mean_rad = float(lean_rad[part].mean())
         drag = (math.tan(mean_rad) - gained_m_s2 / GRAVITY_M_S2) * times_heavier
@@ -229,7 +277,7 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
                 times_heavier=times_heavier,
                 lean_rad=mean_rad,
                 limit_rad=limit_rad,
-                is_held_back=bool(ground_speed[part].mean() < _HELD_BACK * commanded[part].mean()),
+                error=wind_error_m_s / float(airspeed[part].mean()),
                 is_ahead=not beside[part].mean() > _AHEAD_RAD,
             )
 

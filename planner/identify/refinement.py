@@ -226,6 +226,7 @@ def refine_vehicle(
         vehicle,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,
         airspeed_limit_lean_deg=lean.limit_lean_deg,
+        airspeed_limit_fraction=lean.limit_fraction,
         drag_exponent=lean.drag_exponent,
         cruise=power.law,
         battery=power.battery,

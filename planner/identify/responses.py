@@ -95,6 +95,8 @@ _SAME_WINDOW_S = 0.25
 _QUIET = 3.0
 """Mean over a second in standard errors, below which a power is hover power again. [-]"""
 _ERROR_DIGITS = 3
+_LEAST_DAMPING = 0.01
+"""Of a response: what swings longer, for fifteen periods to a third, is noise. [-]"""
 _GAIN_TOLERANCE = 0.05
 """The model file holds motion to this: a vehicle arrives where it is sent. [-]"""
 
@@ -161,7 +163,7 @@ def _identified(
             tested = _fit(kept, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
     except IdentificationError as error:
         return _nothing(answer, str(error), own)
-    if why := _undetermined(fitted):
+    if why := _undetermined(fitted, is_power=is_power):
         return _nothing(answer, why, own)
     fitted, not_shown = _without_what_is_not_shown(fitted)
     gain = fitted.transfer_function.numerator[-1] / fitted.transfer_function.denominator[-1]
@@ -188,11 +190,15 @@ def _identified(
     )
 
 
-def _undetermined(fitted: FittedResponse) -> str:
+def _undetermined(fitted: FittedResponse, *, is_power: bool) -> str:
     """Return why a fit shows nothing: its own error exceeds what every response has; else nothing.
 
     That is how fast it is, the last coefficient of the denominator, and how much, any of the numerator.
+    Nor is a motion one that hardly comes to rest; a power, used over its window alone, may ring.
     """
+    poles = () if is_power else fitted.transfer_function.poles
+    if any(-pole.real < _LEAST_DAMPING * abs(pole) for pole in poles):
+        return "the best model hardly comes to rest"
     if fitted.coefficient_errors is None:
         return ""
     system, (of_numerator, of_denominator, _) = fitted.transfer_function, fitted.coefficient_errors

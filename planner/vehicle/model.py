@@ -455,6 +455,10 @@ class Speed(Part):
     default_m_s: Annotated[float, Key("speed", "m/s", POSITIVE)]
 
 
+_FAR_DRAG = 2.0
+"""Times the drag at which an airspeed was held, up to which its exponent tells another. [-]"""
+
+
 class VehicleModel(Part):
     """What was identified about one vehicle."""
 
@@ -512,6 +516,14 @@ class VehicleModel(Part):
             "it is another",
             "°",
             Range(1.0, 80.0),
+        ),
+    ] = None
+    airspeed_limit_fraction: Annotated[
+        float | None,
+        Key(
+            "standard deviation of that airspeed, relative: what is sure is two less",
+            "-",
+            Range(0.0, 0.4),
         ),
     ] = None
     drag_exponent: Annotated[
@@ -606,6 +618,8 @@ class VehicleModel(Part):
             return self.airspeed_limit_m_s
         drag = math.tan(lean_rad) / math.tan(math.radians(held_deg))
         exponent = self.drag_exponent or (2.0 if drag > 1.0 else 1.0)
+        if drag > _FAR_DRAG:
+            exponent = 2.0  # one found at less lean is not known there
         return float(self.airspeed_limit_m_s * drag ** (1.0 / exponent))
 
     @property

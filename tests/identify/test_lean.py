@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from made_record import make_record
 
-from planner.identify.lean import identified_lean
+from planner.identify.lean import LEANT_WIND, identified_lean
 from planner.identify.refinement import refine_vehicle
+from planner.logs.record import LoggedQuantity
 from planner.report.endurance import refinement_text
 from planner.report.text import Medium
 from planner.values import replace
@@ -115,20 +116,42 @@ def test_what_still_speeds_a_vehicle_up_is_no_drag() -> None:
 
 
 @pytest.mark.parametrize(
-    "flown",
+    ("flown", "sure_m_s"),
     [
-        ((4.0, lean_deg(4.0), 4.0),),  # one airspeed: any exponent
-        ((2.5, lean_deg(2.5), 2.5), (4.0, lean_deg(4.0), 4.0)),  # far from the limit
+        # one airspeed: any exponent, and drag goes by the square at most
+        ([(4.0, lean_deg(4.0), 4.0)], 4.0 * math.sqrt(2.5**1.4)),
+        # far from the limit: the least of what both tell
+        ([(2.5, lean_deg(2.5), 2.5), (4.0, lean_deg(4.0), 4.0)], 2.5 * math.sqrt(4.0**1.4)),
+        # a leg with the wind leans too little; what others tell of more lean is sure
+        ([(7.0, lean_deg(7.0), 7.0), (10.0, 8.7, 10.0)], 7.0 * math.sqrt((10.0 / 7.0) ** 1.4)),
     ],
 )
 def test_from_far_less_lean_only_what_is_sure_is_known(
-    flown: tuple[tuple[float, float, float], ...],
+    flown: list[tuple[float, float, float]], sure_m_s: float
 ) -> None:
     found = identified_lean([flight(*flown)])
     assert found.airspeed_limit_m_s is None
     assert found.drag_exponent is None
-    more = (10.0 / 4.0) ** 1.4
-    assert found.sure_airspeed_m_s == pytest.approx(4.0 * math.sqrt(more), abs=0.01)
+    assert found.sure_airspeed_m_s == pytest.approx(sure_m_s, abs=0.01)
+
+
+def test_what_leans_as_far_as_the_limit_is_at_it_whatever_speed_it_keeps() -> None:
+    found = identified_lean([flight((5.0, lean_deg(5.0), 5.0), (10.4, 30.0, 10.4))])
+    assert (found.airspeed_limit_m_s, found.limit_lean_deg) == (10.4, 30.0)
+
+
+def test_of_limits_at_several_leans_the_one_with_the_most_drag_counts() -> None:
+    # held to 10.21 m/s at 30°, and in a wind to 7.711 m/s at 20°, which is 5 % too much
+    slow = flight((4.0, lean_deg(4.0, 10.21), 4.0), (7.711, 20.0, 9.0), limit_cdeg=2000.0)
+    full = flight((4.0, lean_deg(4.0, 10.21), 4.0), (10.21, 30.0, 12.0))
+    for records in ([slow, full], [full, slow]):
+        found = identified_lean(records)
+        assert (found.airspeed_limit_m_s, found.limit_lean_deg) == (10.21, 30.0)
+    known = replace(
+        load_vehicle("arducopter-sitl-quad"), airspeed_limit_m_s=10.21, airspeed_limit_lean_deg=30.0
+    )
+    kept = identified_lean([slow], known)
+    assert (kept.airspeed_limit_m_s, kept.limit_lean_deg) == (10.21, 30.0)
 
 
 def test_without_the_parameter_nobody_knows_the_limit() -> None:
@@ -166,6 +189,12 @@ def test_what_the_flights_do_not_show_is_of_the_base_model() -> None:
     [
         (1.4, 45.0, 10.0 * math.sqrt(3.0) ** (1 / 1.4)),
         (None, 45.0, 10.0 * math.sqrt(3.0) ** 0.5),  # the slower of what is possible
+        (
+            1.4,
+            49.0,
+            10.0 * (math.sqrt(3.0) * math.tan(math.radians(49.0))) ** (1 / 1.4),
+        ),  # 1.99 times
+        (1.4, 50.0, 10.0 * (math.sqrt(3.0) * math.tan(math.radians(50.0))) ** 0.5),  # 2.06: too far
         (None, 20.0, 10.0 * math.sqrt(3.0) * math.tan(math.radians(20.0))),
         (1.4, 30.0, 10.0),
     ],
@@ -212,3 +241,26 @@ def test_a_vehicle_that_leans_little_keeps_the_airspeeds_of_its_data_sheet() -> 
     # the square of 4 m/s grows to 14.4 m/s under 30° up to 2.54°
     found = refined((4.0, 2.5, 4.0))
     assert found.model.valid_for.speed_m_s == Interval(low=0.0, high=14.4)
+
+
+def test_a_wind_that_the_lean_tells_leaves_the_limit_less_sure() -> None:
+    row = LoggedQuantity(
+        name="wind_north_m_s", found_in=LEANT_WIND, rate_hz=None, coverage=1.0, absence_cost="calm"
+    )
+    legs = ((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0))
+    held = flight(*legs, (10.0, 30.0, 12.0))
+    zero = np.zeros(held.time_s.size)
+    blown = replace(held, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(row,))
+    assert identified_lean([held]).limit_fraction == pytest.approx(0.01)
+    # 15 % of 4 m/s at 10 m/s
+    assert identified_lean([blown]).limit_fraction == pytest.approx(
+        math.hypot(0.01, 0.06), abs=1e-3
+    )
+    # where the limit was not come to, it is not known from such airspeeds
+    near = flight(*legs, (9.8, lean_deg(9.8), 9.8))
+    zero = np.zeros(near.time_s.size)
+    blown = replace(near, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(row,))
+    assert identified_lean([near]).airspeed_limit_m_s == pytest.approx(9.8)
+    assert identified_lean([blown]).airspeed_limit_m_s is None
+    # calm flights tell the drag beside windy ones
+    assert identified_lean([near, blown]).limit_lean_deg == identified_lean([near]).limit_lean_deg

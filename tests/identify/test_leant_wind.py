@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from made_record import make_record
 
-from planner.identify.leant_wind import LEANT_WIND, leant_wind_readings, with_leant_wind
+from planner.identify.lean import LEANT_WIND
+from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.logs.record import LoggedQuantity
 from planner.values import replace
 
@@ -124,3 +125,14 @@ def test_where_the_wind_comes_from_is_told() -> None:
     assert reading.startswith(
         "made: no wind in the log: 4.0 m/s from 270° by how the vehicle leans"
     )
+
+
+def test_the_wind_is_that_of_the_height_most_legs_are_flown_at() -> None:
+    # four legs at 50 m in 4 m/s, one at 90 m: there nobody knows it, and calm is assumed
+    record = flight(*SQUARE, (8.0, 0.0), wind=(4.0, 0.0))
+    height_m = np.repeat([50.0, 50.0, 50.0, 50.0, 90.0], SPAN)
+    found = with_leant_wind(replace(record, height_above_home_m=height_m))
+    high = height_m > 60.0
+    assert np.isnan(found.wind_north_m_s[high]).all()
+    assert found.wind_north_m_s[~high] == pytest.approx(4.0, abs=0.2)
+    assert found.airspeed_m_s[high] == pytest.approx(8.0)

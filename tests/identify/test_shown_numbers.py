@@ -46,7 +46,7 @@ def fitted(
     ],
 )
 def test_a_response_without_size_or_time_is_none(fit: FittedResponse, why: str) -> None:
-    found = _undetermined(fit)
+    found = _undetermined(fit, is_power=False)
     assert found.startswith(why)
     assert bool(found) is bool(why)
 
@@ -112,3 +112,14 @@ def test_a_resistance_within_its_own_error_is_left_out() -> None:
         assert found.outcome.status is FitStatus.IDENTIFIED
         assert (found.battery.internal_resistance_ohm is not None) is is_shown
         assert bool(found.outcome.not_shown) is not is_shown
+
+
+@pytest.mark.parametrize(("damping", "is_one"), [(0.02, True), (0.005, False), (-0.1, False)])
+def test_a_motion_that_hardly_comes_to_rest_is_none_and_a_power_may_ring(
+    damping: float, *, is_one: bool
+) -> None:
+    # one radian per second, and the damping ratio
+    system = TransferFunction(numerator=(1.0,), denominator=(1.0, 2.0 * damping, 1.0), delay_s=0.0)
+    fit = FittedResponse(transfer_function=system, estimates=(), window_s=None)
+    assert (_undetermined(fit, is_power=False) == "") is is_one
+    assert _undetermined(fit, is_power=True) == ""

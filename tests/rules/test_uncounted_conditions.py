@@ -252,6 +252,15 @@ def test_a_vehicle_whose_limit_is_stated_is_not_counted_slower_than_it_flies() -
     assert ratios(judged(held, 5.0)).max() == pytest.approx(expected, rel=2e-3)
 
 
+def test_a_limit_that_is_not_sure_counts_less_two_deviations() -> None:
+    """15 m/s held within 5 %: 13.5 are sure, 8.5 over ground for 10 against 5 m/s of wind."""
+    held = replace(identified_up_to(15.0), airspeed_limit_m_s=15.0, airspeed_limit_fraction=0.05)
+    later = law_w(13.5) * 10.0 / 8.5
+    assert ratios(judged(held, 5.0)).max() == pytest.approx(later / law_w(15.0), rel=5e-3)
+    sure = replace(held, airspeed_limit_fraction=0.0)
+    assert ratios(judged(sure, 5.0)).max() == pytest.approx(1.0)
+
+
 def test_an_ordinary_breeze_is_a_go_with_room_and_an_error_where_it_takes_the_room() -> None:
     for vehicle, capacity_wh in ((ARTICLE, 77.0), (QUAD, 177.0)):
         roomy = judged(vehicle, 6.0, capacity_wh=capacity_wh)
