@@ -173,13 +173,14 @@ def test_ardupilots_own_margin_is_kept_where_it_is_wider() -> None:
 
 def test_where_a_stop_begun_at_once_passes_the_fence_it_is_an_error() -> None:
     # PX4 flies through a bend of 15° at 4.8 m/s, which takes 4.8²/6 + 0.6 · 4.8 = 6.7 m to stop; the
-    # turn begins 2 m before the waypoint.  3 m behind it, left of the turn, an exclusion begins.
+    # turn begins 2 m before the waypoint, and 1 m before it the vehicle still flies straight on.  3 m
+    # behind it, left of the turn, an exclusion begins.
     bend = (at(0, 300), at(77.6, 589.8))
     items = (takeoff(20), speed(12.0), *bend, rtl())
     wall = box(-1.0, 303.0, 0.3, 305.0, inclusion=False)
     finding = findings_of(items, wall, autopilot=Autopilot.PX4, position_error_m=0.0)["F102"]
     assert finding.severity is Severity.ERROR
-    beyond = box(-1.0, 305.5, 0.3, 307.5, inclusion=False)
+    beyond = box(-1.0, 306.5, 0.3, 308.5, inclusion=False)
     finding = findings_of(items, beyond, autopilot=Autopilot.PX4, position_error_m=0.0)["F102"]
     assert finding.severity is Severity.WARNING
     clear = box(-1.0, 312.0, 0.3, 314.0, inclusion=False)
