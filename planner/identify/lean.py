@@ -55,8 +55,8 @@ class LeanFlight(Value):
     """What flights show of how a vehicle leans against its drag."""
 
     airspeed_limit_m_s: float | None
-    """Lowest airspeed held at the greatest lean angle, else the fastest flown; ``None``: how much it leans
-    there is not known well enough to tell the limit."""
+    """Airspeed held at the greatest lean angle, with the most drag; else the fastest flown; ``None``: how
+    much it leans there is not known well enough to tell the limit."""
     limit_lean_deg: float | None
     """The angle at which the model's mass holds it. [°]"""
     drag_exponent: float | None
@@ -97,9 +97,9 @@ def identified_lean(
 ) -> LeanFlight:
     """Return what flights show of lean and drag; where they show no limit, all that a base model gives.
 
-    The limit is the lowest airspeed at it: where the wind is not known, it is over ground, and a headwind
-    takes off it what a tailwind adds.  Where it was not come to, it is the fastest that was flown, at the
-    lean that the drag of all legs has there, if that tells the airspeed at the limit within 3 %.
+    The limit is that of the leg at it with the most drag: where the wind is not known, airspeeds are over
+    ground, and a headwind takes off what a tailwind adds.  Where it was not come to, it is the fastest
+    flown, at the lean that the drag of all legs has there, if that tells the limit within 3 %.
 
     ``times_heavier`` are the masses that flew over that of the model, left out of a mass that is not known:
     what is heavier leans less against the same drag.
