@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from itertools import compress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.logs.record import FlightRecord
 
 _LEAN_ERROR = 0.02
@@ -59,10 +59,11 @@ def with_leant_wind(record: FlightRecord) -> FlightRecord:
     if np.isfinite(record.airspeed_m_s).any() or np.isfinite(record.wind_north_m_s).any():
         return record
     parts = level_parts(record)
-    heights_m = [float(np.nanmean(record.height_above_home_m[part])) for part in parts]
-    usual_m = float(np.median(heights_m)) if heights_m else math.nan
-    near = [_is_near(height_m, usual_m) for height_m in heights_m]
-    wind_m_s = _shown_wind_m_s(record, list(compress(parts, near)))
+    if not parts:
+        return record
+    heights_m = np.array([np.nanmean(record.height_above_home_m[part]) for part in parts])
+    usual_m = float(np.median(heights_m))
+    wind_m_s = _shown_wind_m_s(record, list(compress(parts, _is_near(heights_m, usual_m))))
     if wind_m_s is None:
         return record
     north, east = wind_m_s
@@ -97,8 +98,8 @@ def leant_wind_readings(records: Sequence[FlightRecord]) -> list[str]:
     return told
 
 
-def _is_near(height_m: Any, usual_m: float) -> Any:  # noqa: ANN401 - a number or an array
-    return (height_m < _ONE_HEIGHT * usual_m) & (usual_m < _ONE_HEIGHT * height_m)
+def _is_near(height_m: FloatArray, usual_m: float) -> BoolArray:
+    return np.asarray((height_m < _ONE_HEIGHT * usual_m) & (usual_m < _ONE_HEIGHT * height_m))
 
 
 def _shown_wind_m_s(record: FlightRecord, parts: Sequence[slice]) -> tuple[float, float] | None:

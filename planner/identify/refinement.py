@@ -233,9 +233,7 @@ def refine_vehicle(
         parameters=parameters,
         valid_for=shown_box(vehicle.valid_for, power.steady, lean),
         spread=power.spread,
-        provenance=narrowed_provenance(
-            vehicle.provenance, records, power, readings=leant_wind_readings(records)
-        ),
+        provenance=narrowed_provenance(vehicle.provenance, records, power),
     )
     return Refinement(model=model, power=power, findings=(*differing, *power.findings))
 
@@ -396,11 +394,7 @@ def _refuse_better_than_ideal(rotor: Rotor, vehicle: VehicleModel) -> None:
 
 
 def narrowed_provenance(
-    provenance: Provenance,
-    records: Sequence[FlightRecord],
-    power: NarrowedPower,
-    *,
-    readings: Sequence[str] = (),
+    provenance: Provenance, records: Sequence[FlightRecord], power: NarrowedPower
 ) -> Provenance:
     """Return where a model comes from that flights have narrowed."""
     used = {one.source for one in power.steady}
@@ -410,7 +404,11 @@ def narrowed_provenance(
     return replace(
         provenance,
         basis=Basis.REFINED,
-        readings=(*provenance.readings, *readings, f"narrowed by {flights}: {power.text}"),
+        readings=(
+            *provenance.readings,
+            *leant_wind_readings(records),
+            f"narrowed by {flights}: {power.text}",
+        ),
         logs=tuple(logs.values()),
         logs_sha256=tuple(logs),
     )

@@ -439,26 +439,26 @@ def _value_not_set(a: Assessment, _target: Target) -> Iterator[Finding]:
     for number, item in enumerate(a.mission.items, start=1):
         values = _wanted_values(item.command)(item)
         if None in values:
-            unset = _wanted(item.command)[values.index(None)]
+            unset = [*_wanted(item.command).values()][values.index(None)]
             message = f"ArduPilot refuses {command_name(item.command)} with {unset} not set"
             remarks.add(VALUE_NOT_SET, message, item=number, place=item.place)
     yield from remarks.findings()
 
 
-def _wanted(command: int) -> list[str]:
-    """Return which values of a command may not be NaN."""
-    numbers = [n for n in range(1, 5) if n not in _MAY_BE_UNSET.get(command, ())]
-    wanted = [f"parameter {n}" for n in numbers]
-    return [*wanted, "the altitude"] if command in NEEDS_ALTITUDE else wanted
+def _wanted(command: int) -> dict[str, str]:
+    """Return which values of a command may not be NaN, and what they are called."""
+    wanted = {
+        f"param{n}": f"parameter {n}"
+        for n in range(1, 5)
+        if n not in _MAY_BE_UNSET.get(command, ())
+    }
+    return wanted | ({"altitude_m": "the altitude"} if command in NEEDS_ALTITUDE else {})
 
 
 @cache
 def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, ...]]:
     """Return what takes those values from an item."""
-    names = {"the altitude": "altitude_m"}
-    return attrgetter(
-        *(names.get(name, name.replace("parameter ", "param")) for name in _wanted(command))
-    )
+    return attrgetter(*_wanted(command))
 
 
 @judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT_TARGET,))

@@ -106,16 +106,21 @@ def test_an_energy_five_percent_too_high_is_found_as_such(flown: FlightRecord) -
     assert verified.time_fraction == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_flight_that_takes_longer_is_found_as_such_and_stops_are_still_compared(
-    flown: FlightRecord,
-) -> None:
-    hover = int(np.flatnonzero(flown.mission_item == 3)[-1])  # 20 s more before item 4
+def _late(flown: FlightRecord) -> FlightRecord:
+    """Return a flight that hovers for 20 s more before item 4."""
+    hover = int(np.flatnonzero(flown.mission_item == 3)[-1])
     waited = np.concatenate(
         [np.arange(hover), np.full(200, hover), np.arange(hover, flown.time_s.size)]
     )
     columns = {name: column[waited] for name, column in flown.columns().items()}
     columns["time_s"] = np.arange(float(waited.size)) * 0.1
-    late = replace(flown, **columns, duration_s=flown.duration_s + 20.0)
+    return replace(flown, **columns, duration_s=flown.duration_s + 20.0)
+
+
+def test_a_flight_that_takes_longer_is_found_as_such_and_stops_are_still_compared(
+    flown: FlightRecord,
+) -> None:
+    late = _late(flown)
     verified = verify_flight(late, ARTICLE, CALM)
     predicted_s = verified.predicted.time_s
     assert verified.time_fraction == pytest.approx(predicted_s / (predicted_s + 20.0) - 1.0)
@@ -291,13 +296,7 @@ def test_what_a_broken_off_log_does_not_hold_is_no_error(
 
 
 def test_what_a_broken_off_flight_lost_before_is_an_error_still(flown: FlightRecord) -> None:
-    hover = int(np.flatnonzero(flown.mission_item == 3)[-1])  # 20 s more before item 4
-    waited = np.concatenate(
-        [np.arange(hover), np.full(200, hover), np.arange(hover, flown.time_s.size)]
-    )
-    columns = {name: column[waited] for name, column in flown.columns().items()}
-    columns["time_s"] = np.arange(float(waited.size)) * 0.1
-    late = replace(flown, **columns, duration_s=flown.duration_s + 20.0)
+    late = _late(flown)
     verified = verify_flight(_broken_off(late, 4, 100), ARTICLE, CALM)
     predicted_s = 0.1 * float(np.argmax(flown.mission_item == 4))
     assert verified.time_fraction == pytest.approx(predicted_s / (predicted_s + 20.0) - 1.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from flown_battery import FLOWN
 from guarded_vehicle import HOME, OUT_AND_BACK
 from rule_cases.energy import set_to
 
@@ -113,14 +114,6 @@ def test_another_battery_on_the_line_is_no_go_for_guard_and_upload() -> None:
     assert go_objection(check_vehicle(snapshot, setup)) == "the verdict is NO-GO"
 
 
-FLOWN = Battery(
-    capacity_ah=8.0,
-    cells_in_series=3,
-    internal_resistance_ohm=0.0072,
-    ocv_soc=(0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0),
-    ocv_v=(10.499, 10.709, 10.889, 11.129, 11.789, 12.239, 12.569),
-)
-"""As identified from two flights of ArduCopter SITL."""
 FOUR_CELLS = Battery(capacity_ah=5.2, nominal_voltage_v=14.8)
 """By their label: lithium-polymer or, who knows, lithium-ion."""
 
