@@ -645,9 +645,10 @@ def _air_readings(
     knows_density = any(f.air_density_kg_m3 is not None for f in parts.steady)
     if knows_density and any(settings.conditions_of(r).temperature_c is None for r in records):
         readings.append("Air density is that of the standard atmosphere at the altitude flown.")
-    readings += leant_wind_readings(records)
+    leant = leant_wind_readings(records)
+    readings += leant
     if parts.steady and any(not np.isfinite(r.airspeed_m_s).any() for r in records):
-        readings.append("No wind in the logs: calm air assumed.")
+        readings.append(f"No wind in the {'other logs' if leant else 'logs'}: calm air assumed.")
     return readings
 
 

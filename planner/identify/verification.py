@@ -680,9 +680,11 @@ def _setup(
 ) -> tuple[Setup, list[Finding]]:
     """Return what is known of the air, and what had to be assumed."""
     wind, home_amsl_m, noise_m = known.wind, known.home_amsl_m, known.position_noise_m
-    record = with_leant_wind(record)
-    leant = leant_wind_readings([record]) if wind is None else []
-    wind = wind or flown_wind(record)
+    messages: list[str] = []
+    if wind is None:
+        record = with_leant_wind(record)
+        wind = flown_wind(record)
+        messages += [] if wind is None else leant_wind_readings([record])
     home_amsl_m = record.home.altitude_amsl_m if home_amsl_m is None else home_amsl_m
     setup = Setup(
         vehicle,
@@ -696,7 +698,6 @@ def _setup(
     )
     assumed = ["wind in the log: calm assumed"] if wind is None else []
     assumed += ["altitude of home in the log"] if home_amsl_m is None else []
-    messages = list(leant)
     if assumed:
         messages.append(f"{record.source}: no {' and no '.join(assumed)}")
     return setup, [CONDITIONS_ASSUMED.finding(message) for message in messages]
