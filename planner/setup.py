@@ -647,6 +647,8 @@ class Setup(_Vehicle):
     """Whether somebody said what flies; else the article's quadrotor is only an example."""
     settings_file: SettingsFile | None = None
     """What a file has set of it; ``None``: nothing."""
+    keeps_load: bool = True
+    """Whether what is carried is carried all the way, by the items of the mission."""
 
     @classmethod
     def of(
@@ -690,6 +692,28 @@ class Setup(_Vehicle):
     def flown_pack(self) -> FlownPack:
         """The battery that flies: the one given, completed from the model's, or the model's."""
         return flown_pack(self.battery, self.vehicle.battery)
+
+    @property
+    def flown_mass_kg(self) -> float | None:
+        """The mass with battery and payload; ``None`` where the model does not know its own. [kg]"""
+        own_kg = self.vehicle.mass_kg
+        if own_kg is None:
+            return None
+        return own_kg + self.flown_pack.added_kg + mean_of(self.payload_kg)
+
+    @property
+    def times_heavier(self) -> float:
+        """The mass that is certain to fly over the model's own; one where that is not known. [-]
+
+        Less two standard deviations of the payload, and without one that is set down on the way.
+        """
+        own_kg = self.vehicle.mass_kg
+        if own_kg is None:
+            return 1.0
+        carried_kg = mean_of(self.payload_kg) - 2.0 * sd_of(self.payload_kg)
+        if not self.keeps_load:
+            carried_kg = 0.0
+        return (own_kg + self.flown_pack.added_kg + max(carried_kg, 0.0)) / own_kg
 
     @property
     def position_margin_m(self) -> float:

@@ -27,6 +27,7 @@ from planner.mission.route.state import VehicleHabits
 from planner.physics.response import farthest_stop_s
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
+from planner.vehicle.model import held_drag
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -300,7 +301,8 @@ def make_pilot(
         return StepPilot(vehicle=vehicle, parameters=parameters, terrain=setup.terrain)
     from planner.vehicle.parameters.px4 import Px4Parameters
 
-    limit_m_s = airspeed_limit_m_s(vehicle, parameters)
+    times_heavier = setup.times_heavier
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters, times_heavier)
     if isinstance(parameters, Px4Parameters):
         given_m = setup.position_noise_m
         noise_m = vehicle.position_noise_m if given_m is None else given_m
@@ -312,12 +314,13 @@ def make_pilot(
             raise UsageError(msg)
         from planner.flight.motion.px4.pilot import Px4Pilot
 
+        own_per_s = vehicle.drag_per_s
         return Px4Pilot(
             parameters=parameters,
             wind=setup.wind,
             airspeed_limit_m_s=limit_m_s,
             noise_m=noise_m,
-            drag_per_s=vehicle.drag_per_s,
+            drag_per_s=None if own_per_s is None else own_per_s / times_heavier,
             heading_rad=None if setup.heading_deg is None else math.radians(setup.heading_deg),
         )
     return ArduPilotPilot(
@@ -395,8 +398,12 @@ RATED_WIND = 0.7
 """The most wind over the highest speed: makers rate their vehicles for 0.50 to 0.67. [-]"""
 
 
-def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
+def airspeed_limit_m_s(
+    vehicle: VehicleModel, parameters: FlightParameters | None, times_heavier: float
+) -> float | None:
     """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]
+
+    ``times_heavier`` is the mass that flies over the model's: against the same drag it leans less.
 
     Where the model does not say at which lean angle it was held, that was the limit of the model's own
     parameters, or the autopilot's default.  A lower limit leaves less: by tan(θ), as drag that grows with
@@ -405,36 +412,44 @@ def airspeed_limit_m_s(vehicle: VehicleModel, parameters: FlightParameters | Non
     if parameters is None:
         return vehicle.airspeed_limit_m_s
     lean_rad = parameters.lean_angle_max_rad
-    limit_m_s = vehicle.airspeed_limit_at(lean_rad)
+    limit_m_s = vehicle.airspeed_limit_at(lean_rad, times_heavier=times_heavier)
     if limit_m_s is None or vehicle.airspeed_limit_lean_deg is not None:
         return limit_m_s
-    return limit_m_s * _fraction_left(vehicle, parameters)
+    return limit_m_s * _fraction_left(vehicle, parameters, times_heavier)
 
 
-def shown_airspeed_m_s(vehicle: VehicleModel, parameters: FlightParameters | None) -> float | None:
+def shown_airspeed_m_s(
+    vehicle: VehicleModel, parameters: FlightParameters | None, times_heavier: float
+) -> float | None:
     """Return the highest airspeed flights of a model show a vehicle with these parameters to hold. [m s⁻¹]
 
-    Its limit where the model has one, else what it was identified at, or flies at least where its maker
-    allows a wind: that over `RATED_WIND`.  Less what a lower lean angle takes: as above, or as the drag has
-    it that the model gives.  ``None``: the model shows none.
+    Of its limit where the model has one what is certain: more lean is not known to give more, more weight
+    at least its root, as drag by the square of the airspeed has it.  Else what it was identified at, or flies
+    at least where its maker allows a wind: that over `RATED_WIND`.  Less what a lower lean angle takes: as
+    above, or as the drag has it that the model gives.  ``None``: the model shows none.
     """
-    limit_m_s = airspeed_limit_m_s(vehicle, parameters)
-    identified = vehicle.valid_for.speed_m_s
-    if limit_m_s is not None or identified is None:
-        return limit_m_s
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters, times_heavier)
+    identified, held_m_s = vehicle.valid_for.speed_m_s, vehicle.airspeed_limit_m_s
+    if limit_m_s is not None and held_m_s is not None:
+        return min(limit_m_s, held_m_s * math.sqrt(max(times_heavier, 1.0)))
+    if identified is None:
+        return None
     flown_m_s = max(identified.high, (vehicle.wind_max_m_s or 0.0) / RATED_WIND)
     if parameters is None:
         return flown_m_s
     if vehicle.drag_per_s:
-        lean_m_s2 = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad)
+        lighter = min(times_heavier, 1.0)  # that much more for weight is not certain
+        lean_m_s2 = GRAVITY_M_S2 * held_drag(parameters.lean_angle_max_rad, lighter)
         return min(flown_m_s, lean_m_s2 / vehicle.drag_per_s)
-    return flown_m_s * _fraction_left(vehicle, parameters)
+    return flown_m_s * _fraction_left(vehicle, parameters, times_heavier)
 
 
-def _fraction_left(vehicle: VehicleModel, parameters: FlightParameters) -> float:
+def _fraction_left(
+    vehicle: VehicleModel, parameters: FlightParameters, times_heavier: float
+) -> float:
     """Return what is left of an airspeed under another limit of the lean than that of the model, at least."""
     held_rad = _held_lean_rad(vehicle, type(parameters))
-    return min(math.tan(parameters.lean_angle_max_rad) / math.tan(held_rad), 1.0)
+    return min(held_drag(parameters.lean_angle_max_rad, times_heavier) / math.tan(held_rad), 1.0)
 
 
 @lru_cache(maxsize=8)  # rules ask for it again and again

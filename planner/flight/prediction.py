@@ -414,11 +414,7 @@ def steady_power(route: Route, setup: Setup) -> SteadyPower:
     vehicle = setup.vehicle
     return SteadyPower(
         vehicle=vehicle,
-        mass_kg=(
-            None
-            if vehicle.mass_kg is None
-            else vehicle.mass_kg + setup.flown_pack.added_kg + mean_of(setup.payload_kg)
-        ),
+        mass_kg=setup.flown_mass_kg,
         home_amsl_m=route.home_amsl_m,
         home_temperature_c=(
             standard_temperature_c(route.home_amsl_m)

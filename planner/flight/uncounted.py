@@ -219,11 +219,9 @@ def _late_ratios(
 def _held_m_s(vehicle: VehicleModel, identified_m_s: float, shown_m_s: float | None) -> float:
     """Return the highest airspeed a vehicle is sure to hold: its limit less two deviations. [m s⁻¹]"""
     limit_m_s, fraction = vehicle.airspeed_limit_m_s, vehicle.airspeed_limit_fraction
-    if limit_m_s is None:
-        return identified_m_s if shown_m_s is None else shown_m_s
-    if fraction is None:
-        return limit_m_s
-    return (limit_m_s if shown_m_s is None else min(limit_m_s, shown_m_s)) * (1.0 - 2.0 * fraction)
+    if shown_m_s is None:
+        shown_m_s = identified_m_s if limit_m_s is None else limit_m_s
+    return shown_m_s * (1.0 if limit_m_s is None else 1.0 - 2.0 * (fraction or 0.0))
 
 
 def _is_within(

@@ -11,6 +11,7 @@ from planner.identify.segments import climb_rate_m_s, is_steady, run_bounds, spe
 from planner.identify.uncertainty import rounded
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
+from planner.vehicle.model import held_drag
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
@@ -118,7 +119,7 @@ def identified_lean(
         default=None,
     )
     if held is not None and held.limit_rad is not None:
-        lean_rad = math.atan(math.tan(held.limit_rad) * held.times_heavier)
+        lean_rad = math.atan(held_drag(held.limit_rad, held.times_heavier))
         found = _limited(held, lean_rad, law, _HELD_ERROR)
         return found if base is None or not _leans_more(base, found, exponent) else _of_base(base)
     if base is not None and base.airspeed_limit_m_s is not None:
@@ -269,7 +270,7 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
             continue  # at another height, in a wind that nobody knows
         gained_m_s2 = float(np.polyfit(record.time_s[part], airspeed[part], 1)[0])
         mean_rad = float(lean_rad[part].mean())
-        drag = (math.tan(mean_rad) - gained_m_s2 / GRAVITY_M_S2) * times_heavier
+        drag = held_drag(mean_rad, times_heavier) - gained_m_s2 / GRAVITY_M_S2 * times_heavier
         if drag > 0.0:
             yield _Lean(
                 airspeed_m_s=float(airspeed[part].mean()),

@@ -34,6 +34,14 @@ _TRIGGER_INTERVAL, _TRIGGER, _OBLIQUE = 214, 2003, 260
 _START_IMAGES, _STOP_IMAGES, _START_VIDEO, _STOP_VIDEO = 2000, 2001, 2500, 2501
 _ONE_IMAGE = 1.0
 _OF_AN_OUTPUT = frozenset({_RELAY, _SERVO, _AUXILIARY})
+_REPEAT_RELAY, _REPEAT_SERVO = 182, 184
+_UNLOADING = frozenset(
+    {
+        *(Command.NAV_PAYLOAD_PLACE, Command.DO_GRIPPER, Command.DO_WINCH),
+        *(_REPEAT_RELAY, _REPEAT_SERVO, _ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT),
+    }
+)
+"""Commands that may take up or let go what is carried."""
 _PROTECTING = frozenset({Command.DO_FENCE_ENABLE, Command.DO_PARACHUTE})
 """Commands that set what the vehicle does on the way out too."""
 _FAMILIES: dict[int, str] = {
@@ -126,6 +134,12 @@ def carried_state(items: Iterable[MissionItem], dialect: Autopilot | None) -> Ca
 def is_output(item: MissionItem) -> bool:
     """Return whether an item moves a servo, a relay or the like."""
     return item.command in {_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT}
+
+
+def keeps_load(mission: Mission, route: Route) -> bool:
+    """Return whether a vehicle carries all the way what it carries: nothing lets go of it, nor lands."""
+    starts = route.rows_of(StageKind.TAKEOFF)
+    return len(starts) <= 1 and not mission.commands & _UNLOADING
 
 
 def is_relative_yaw(item: MissionItem) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
-from planner.flight.pilot import shown_airspeed_m_s
+from planner.flight.pilot import airspeed_limit_m_s, shown_airspeed_m_s
 from planner.quantity import mean_of
 from planner.units import wh_from_j
 from planner.values import Value, replace
@@ -93,7 +93,17 @@ class Assessment(Value, eq=False, dict=True):
     @property
     def shown_airspeed_m_s(self) -> float | None:
         """Highest airspeed the model shows the vehicle to hold at its lean limit; ``None``: none. [m s⁻¹]"""
-        return shown_airspeed_m_s(self.vehicle, self.own_parameters)
+        return shown_airspeed_m_s(self.vehicle, self.own_parameters, self.setup.times_heavier)
+
+    @property
+    def highest_airspeed_m_s(self) -> float | None:
+        """Airspeed limit of the model, else the highest that it shows; ``None``: none. [m s⁻¹]"""
+        return self.airspeed_limit_m_s or self.shown_airspeed_m_s
+
+    @property
+    def airspeed_limit_m_s(self) -> float | None:
+        """Highest airspeed of the vehicle at its lean limit, with what it carries; ``None``: not known."""
+        return airspeed_limit_m_s(self.vehicle, self.own_parameters, self.setup.times_heavier)
 
     @property
     def holds_for_others(self) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.pilot import airspeed_limit_m_s
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3, standard_density_kg_m3
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, EXTREMES, POWER, PX4, Need, NotEvaluated, judges
@@ -269,7 +268,7 @@ def _carried_off(a: Assessment, hover: float) -> str:
     if parameters is None:
         return ""
     lean_rad = max(math.acos(min(hover / NO_LEAN_THRUST, 1.0)), _LEAST_LEAN_RAD)
-    airspeed_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    airspeed_m_s = a.highest_airspeed_m_s
     if airspeed_m_s is None or lean_rad >= parameters.lean_angle_max_rad:
         return ""
     left_m_s = airspeed_m_s * math.tan(lean_rad) / math.tan(parameters.lean_angle_max_rad)

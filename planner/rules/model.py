@@ -62,7 +62,8 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "higher up, or in other air, is only noted, so is air where the model states none.  At an airspeed V "
     "beyond the identified V_k the greater of two bounds counts: the power at V_k times (V / V_k)³, or the "
     "longer way at the airspeed V_k (airspeed_limit_m_s where the model has it, less two of its "
-    "airspeed_limit_fraction; as for W103 where the parameters let it lean less); an error where that may "
+    "airspeed_limit_fraction; with the root of what is heavier, as W101 has it; as for W103 where the "
+    "parameters let it lean less); an error where that may "
     "take the margin.  Of a model with neither no speed is checked: X904.",
     fix="keep the mission inside the range, or log a flight beyond it and run mavjoule identify, or mavjoule "
     "vehicle refine for a model of a data sheet",

@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
-from planner.flight.pilot import RATED_WIND, airspeed_limit_m_s
+from planner.flight.pilot import RATED_WIND
 from planner.flight.reach import GUST_SDS, SituationKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PX4, NotEvaluated, judges
@@ -47,7 +47,9 @@ NO_HEADWAY = Rule(
     why="A vehicle that leans as far as it may and still does not advance, or does not hold its "
     "place in a hover, a climb or a landing, is blown away from its mission and from home.",
     how="The airspeed at the greatest lean angle, airspeed_limit_m_s of the model, wherever the "
-    "vehicle may be: on the mission, holding at any point of it, on the return from there.  Fires "
+    "vehicle may be: on the mission, holding at any point of it, on the return from there.  What is heavier "
+    "than the model leans less: as the drag goes by drag_exponent; of a payload that no gripper, winch, "
+    "servo, relay or landing on the way may take, less two standard deviations.  Fires "
     "where the wind, its mean and two standard deviations, is stronger, and where the ground speed "
     "along the course, w_along + sqrt(v_max² − w_across²), is 0.1 m/s or less.  Of a model with "
     "neither that airspeed nor identified ones no wind is checked: X904.",
@@ -75,7 +77,7 @@ WIND_BEYOND_MODEL = Rule(
 @judges(NO_HEADWAY, WIND_BEYOND_MODEL)
 def _no_headway(a: Assessment) -> Iterator[Found]:
     stated_m_s, identified, wind = (
-        airspeed_limit_m_s(a.vehicle, a.own_parameters),
+        a.airspeed_limit_m_s,
         a.vehicle.valid_for.speed_m_s,
         a.setup.wind,
     )
@@ -237,7 +239,7 @@ def _circle_lean(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Fou
 
     .. math:: \sqrt{v^2 + (v^2 / c R)^2} + w \le U .
     """
-    limit_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    limit_m_s = a.highest_airspeed_m_s
     circles = a.flight.motion.circles
     if circles is None or limit_m_s is None:
         return
@@ -305,7 +307,7 @@ def circles_off_m(a: Assessment) -> FloatArray | None:
     parameters, circles = ARDUPILOT.of(a), a.flight.motion.circles
     if parameters is None or circles is None:
         return None
-    limit_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    limit_m_s = a.highest_airspeed_m_s
     if limit_m_s is None:
         return None
     _, needed_m_s = _needed_m_s(a, parameters, circles, limit_m_s)
@@ -393,7 +395,7 @@ LEAN_NEAR_GROUND = Rule(
 @judges(LEAN_NEAR_GROUND, needs=(ARDUPILOT,))
 def _lean_near_ground(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
     height_m = numbers(a).get("WP_NAVALT_MIN", 0.0)
-    highest_m_s = airspeed_limit_m_s(a.vehicle, parameters) or a.shown_airspeed_m_s
+    highest_m_s = a.highest_airspeed_m_s
     if not height_m > 0.0 or highest_m_s is None:
         return
     wind = replace(a.setup.wind, ground_below_m=0.0)  # over the ground where it lands

@@ -20,6 +20,7 @@ from planner.flight.pilot import (
 )
 from planner.flight.returns.destination import make_destinations, with_own_returns
 from planner.mission.items import Mission
+from planner.mission.parts import keeps_load
 from planner.mission.route.route import OTHER_VEHICLE, make_route
 from planner.values import Value, replace
 
@@ -98,6 +99,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         return changed
 
     route = laid_out({})
+    setup = replace(setup, keeps_load=keeps_load(mission, route))
     if route.held:
         from planner.flight.held_items import QueueFlights, route_with_queue
         from planner.flight.uncounted import late_segments_s
@@ -107,7 +109,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
             return with_own_returns(own, places)
 
-        shown_m_s = shown_airspeed_m_s(vehicle, own_parameters)
+        shown_m_s = shown_airspeed_m_s(vehicle, own_parameters, setup.times_heavier)
         flights = QueueFlights(
             pilots=make_queue_pilots(setup, own_parameters, target),
             late_s=lambda motion: late_segments_s(motion, vehicle, setup.wind, shown_m_s),

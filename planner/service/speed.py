@@ -11,7 +11,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
-from planner.flight.pilot import airspeed_limit_m_s, step_speeds_m_s
+from planner.flight.pilot import step_speeds_m_s
 from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, routes_at_speeds
 from planner.presented import Presented
@@ -383,7 +383,7 @@ def _range(
 def _highest_m_s(assessment: Assessment) -> float:
     """Return the fastest the model was identified at or the vehicle can fly, whichever is less."""
     vehicle, parameters = assessment.vehicle, assessment.parameters
-    limits = [airspeed_limit_m_s(vehicle, parameters), getattr(parameters, "speed_max_m_s", None)]
+    limits = [assessment.airspeed_limit_m_s, getattr(parameters, "speed_max_m_s", None)]
     if vehicle.valid_for.speed_m_s is not None:
         limits.append(vehicle.valid_for.speed_m_s.high)
     return min((limit for limit in limits if limit is not None), default=_FASTEST_UNKNOWN_M_S)

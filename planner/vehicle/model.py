@@ -459,6 +459,14 @@ _FAR_DRAG = 2.0
 """Times the drag at which an airspeed was held, up to which its exponent tells another. [-]"""
 
 
+def held_drag(lean_rad: float, times_heavier: float) -> float:
+    """Return the drag that a vehicle holds leaning in level flight, over the weight of its model. [-]
+
+    Its rotors hold its weight too: m g tan(θ).
+    """
+    return math.tan(lean_rad) * times_heavier
+
+
 class VehicleModel(Part):
     """What was identified about one vehicle."""
 
@@ -607,16 +615,18 @@ class VehicleModel(Part):
         """Speed where a mission commands none; ``None`` where it is an autopilot parameter. [m/s]"""
         return None if self.speed is None else self.speed.default_m_s
 
-    def airspeed_limit_at(self, lean_rad: float | None) -> float | None:
+    def airspeed_limit_at(
+        self, lean_rad: float | None, *, times_heavier: float = 1.0
+    ) -> float | None:
         """Return the highest airspeed at a greatest lean angle; as it was held, where that is not known.
 
-        What leans by θ holds g tan(θ) against its drag.  Of the exponents that are possible, 1 to 2,
-        the one that gives less airspeed counts where none is known.
+        ``times_heavier`` is the mass that flies over the model's.  Of the exponents that are possible,
+        1 to 2, the one that gives less airspeed counts where none is known.
         """
         held_deg = self.airspeed_limit_lean_deg
         if self.airspeed_limit_m_s is None or held_deg is None or lean_rad is None:
             return self.airspeed_limit_m_s
-        drag = math.tan(lean_rad) / math.tan(math.radians(held_deg))
+        drag = held_drag(lean_rad, times_heavier) / math.tan(math.radians(held_deg))
         exponent = self.drag_exponent or (2.0 if drag > 1.0 else 1.0)
         if drag > _FAR_DRAG:
             exponent = 2.0  # one found at less lean is not known there
