@@ -354,9 +354,11 @@ def _outside(
     away_m = -min(inside_m)
     if away_m <= 0.0:
         return
+    barrier = barriers[inside_m.index(-away_m)]
+    side = "outside" if barrier.keep_inside else "inside"
     there = (round(degrees[0], 7), round(degrees[1], 7))
     yield rule.finding(
-        f"{name} is {quantity.distance(away_m)} outside {barriers[inside_m.index(-away_m)].label}",
+        f"{name} is {quantity.distance(away_m)} {side} {barrier.label}",
         place=place,
         stretch=FlightStretch(start_deg=there, end_deg=there, distance_m=away_m),
     )
@@ -395,12 +397,14 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         item = int(flown.path.item[leg])
         items = {int(flown.path.item[one[0]]) for one in pieces_of_rule}
         others = len({one[3] for one in pieces_of_rule}) - 1
+        barrier = barriers[number]
+        does = "leaves" if barrier.keep_inside else "enters"
         findings.append(
             a.finding(
                 rule,
-                f"{'return' if item in _own_returns(a) else what} leaves {barriers[number].label}"
+                f"{'return' if item in _own_returns(a) else what} {does} {barrier.label}"
                 + (f" and later {quantity.count(others, 'other area')}" if others else "")
-                + f": {quantity.distance(stretch.distance_m)} flown outside the fence"
+                + f": {quantity.distance(stretch.distance_m)} flown in breach of the fence"
                 + (f", at {quantity.count(len(items), 'item')}" if len(items) > 1 else ""),
                 item=item,
                 stretch=stretch,

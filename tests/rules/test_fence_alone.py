@@ -45,6 +45,12 @@ def test_how_far_a_rally_point_is_outside_is_told() -> None:
     assert finding.stretch.distance_m == pytest.approx(20.0, abs=0.01)
 
 
+def test_how_far_a_rally_point_is_inside_a_forbidden_area_is_told() -> None:
+    forbidden = circle(0.0, 0.0, 30.0, inclusion=False)
+    finding = findings_of((), forbidden, rally_points=(rally(10.0, 0.0),))["F103"]
+    assert finding.message == "rally point 1 is 20 m inside exclusion circle 1"
+
+
 def test_a_polygon_that_encloses_nothing_is_told_without_a_flight() -> None:
     line = FencePolygon(
         inclusion=True, vertices_deg=(degrees(-10.0, 0.0), degrees(0.0, 0.0), degrees(10.0, 0.0))

@@ -62,7 +62,9 @@ def test_a_sliver_of_one_metre_across_a_long_leg_is_found(autopilot: Autopilot) 
     finding = findings_of((takeoff(20), at(0, 3000), rtl()), sliver, autopilot=autopilot)["F101"]
     assert (finding.severity, finding.item) == (Severity.ERROR, 2)
     # One metre on the way out, one on the way back.
-    assert "2.0 m flown outside the fence, at 2 items" in finding.message
+    assert "flight enters exclusion polygon 1: 2.0 m flown in breach of the fence, at 2 items" in (
+        finding.message
+    )
     assert finding.stretch is not None
     assert finding.stretch.distance_m == pytest.approx(2.0, abs=0.01)
     assert finding.stretch.start_deg == pytest.approx(degrees(0.0, 1500.0), abs=1e-6)

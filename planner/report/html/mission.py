@@ -388,7 +388,7 @@ def _vehicle(result: CheckResult) -> list[tuple[str, str]]:
         origin = vehicle.provenance
         rows += [
             ("Description", vehicle.description),
-            ("Flown as", vehicle.reference.label),
+            ("Flown as", result.assessment.autopilot.label),
             ("Source", origin.source),
             ("Method", origin.method),
             ("Made", origin.date.isoformat()),
