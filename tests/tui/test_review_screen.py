@@ -178,6 +178,25 @@ async def test_a_text_that_says_no_value_is_told_and_changes_nothing() -> None:
         assert screen.query_one("#set-wind", Input).has_class("-wrong")
 
 
+@pytest.mark.parametrize("key", ["c", "s"])
+async def test_nothing_is_released_or_saved_of_what_cannot_be_checked(key: str) -> None:
+    """The GO before is no answer to a wind without a direction, which may make it a NO-GO."""
+    async with review_app().run_test(size=WIDE) as pilot:
+        await settled(pilot)
+        screen = await typed(pilot, "battery", "8Ah@14.8V")
+        assert text_of(screen, "#verdict").startswith("✔ GO")
+        await typed(pilot, "wind", "15")
+        screen.query_one("#findings").focus()
+        await pilot.press(key)
+        await pilot.pause()
+        assert pilot.app.screen is screen
+        await typed(pilot, "wind", "1@0")
+        screen.query_one("#findings").focus()
+        await pilot.press(key)
+        await pilot.pause()
+        assert pilot.app.screen is not screen
+
+
 async def test_an_older_result_is_dropped() -> None:
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)

@@ -340,15 +340,30 @@ class ReviewScreen(Screen[None]):
         """Save the report, the figures or the mission."""
         from planner.tui.screens.save import SaveScreen
 
-        if self.now is not None:
-            self.app.push_screen(SaveScreen(self.now))
+        if (now := self._verdict_asked_for()) is not None:
+            self.app.push_screen(SaveScreen(now))
 
     def action_checklist(self) -> None:
         """Go through what is to be looked at before take-off."""
         from planner.tui.screens.checklist import ChecklistScreen
 
-        if self.now is not None:
-            self.app.push_screen(ChecklistScreen(self.now))
+        if (now := self._verdict_asked_for()) is not None:
+            self.app.push_screen(ChecklistScreen(now))
+
+    def _verdict_asked_for(self) -> Checked | None:
+        """Return the check of what is asked for now; where there is none, tell why.
+
+        The last one is no answer to a change that it was made without.
+        """
+        now, why = self.now, self.unknown()
+        if now is None:
+            return None
+        if not why and now.what_if.changes != self.what_if.changes:
+            why = "checking the change"
+        if why:
+            self.notify(f"No verdict: {why}", severity="warning", markup=False)
+            return None
+        return now
 
     def action_missions(self) -> None:
         """Go to the list of missions."""
