@@ -160,9 +160,10 @@ def beside(value: float, limit: float, shown: Callable[[float], str]) -> str:
 
 
 def signed(value: float | None, shown: Callable[[float | None], str]) -> str:
-    """Return a difference with its sign: ``+5.20 Wh``, ``-12 s``."""
+    """Return a difference with its sign: ``+5.20 Wh``, ``-12 s``; none where it rounds to nothing."""
     text = shown(value)
-    return f"+{text}" if value is not None and value > 0.0 and text[0].isdecimal() else text
+    is_more = value is not None and value > 0.0 and text[0].isdecimal()
+    return f"+{text}" if is_more and any(one in "123456789" for one in text) else text
 
 
 def count(number: float, noun: str, plural: str | None = None) -> str:

@@ -169,3 +169,8 @@ def test_a_value_that_reads_as_its_limit_says_on_which_side_it_is(
     value: float, limit: float, text: str
 ) -> None:
     assert quantity.beside(value, limit, quantity.height) == text
+
+
+def test_a_difference_that_rounds_to_nothing_has_no_sign() -> None:
+    shown = [quantity.signed(by_m, quantity.height) for by_m in (1e-9, 0.06, -12.0)]
+    assert shown == ["0.0 m", "+0.1 m", "-12 m"]

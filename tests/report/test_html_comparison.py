@@ -58,6 +58,22 @@ def test_a_section_stands_on_the_page_with_its_text_escaped(
     assert page.index('id="overview"') < page.index("B less A")
 
 
+def test_states_have_times_and_what_one_alone_has_is_named(
+    flown: CheckResult, longer: CheckResult
+) -> None:
+    tables = dict(compared_tables(flown, longer))
+    [*states, total] = tables["Time by state"]
+    times_s = [row.values[0] or 0.0 for row in states]
+    assert sum(times_s) == pytest.approx(692.4, abs=1e-6)
+    assert total.difference == "+1 min 00 s"
+    gone = replace(longer, findings=())
+    section = comparison_section(flown, gone)
+    code = flown.findings[0].code
+    assert "Found in A only" in section
+    assert f"<code>{code}</code>" in section[section.index("Found in A only") :]
+    assert "Found in B only" not in section
+
+
 def test_what_cannot_be_read_has_nothing_to_compare(
     flown: CheckResult, unreadable: UnreadableMission
 ) -> None:
@@ -74,6 +90,17 @@ def test_a_chance_that_stays_as_small_differs_by_nothing(flown: CheckResult) -> 
         tables = dict(compared_tables(results[0], other))
         [row] = [row for row in tables["Battery"] if row.label == "Chance of landing below it"]
         assert (row.first, row.difference) == ("< 0.1 %", said)
+
+
+def test_charge_that_is_overdrawn_differs_by_what_was_left(flown: CheckResult) -> None:
+    assert flown.battery is not None
+    left, overdrawn = (
+        replace(flown, battery=replace(flown.battery, charge_left_fraction=fraction))
+        for fraction in (0.65, -0.83)
+    )
+    tables = dict(compared_tables(left, overdrawn))
+    [row] = [row for row in tables["Battery"] if row.label == "Charge left"]
+    assert (row.first, row.second, row.difference) == ("65 %", "0 %", "-65 %")
 
 
 def test_a_page_with_a_title_has_no_overview_and_names_its_missions(

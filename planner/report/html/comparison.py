@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from planner import quantity
 from planner.report.figures import FIGURES, Figure, figures_at, number_at
+from planner.report.html.mission import FindingView, finding_view
 from planner.report.html.page import template
 from planner.report.json import figures
 from planner.report.text import flight_phases, given_text, headline, printable
+from planner.service.comparison import compare_results
 from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
@@ -53,7 +56,20 @@ def comparison_section(
         for name, result, own in (("A", first, options[0]), ("B", second, options[1]))
     ]
     tables = compared_tables(first, second)
-    return template("comparison.html.j2").module.comparison("Compared", sides, tables)
+    only = _only_in_one(first, second)
+    return template("comparison.html.j2").module.comparison("Compared", sides, tables, only)
+
+
+def _only_in_one(first: Result, second: Result) -> list[tuple[str, list[FindingView]]]:
+    """Return what is found in one alone, under the name of each that has some."""
+    if not (isinstance(first, CheckResult) and isinstance(second, CheckResult)):
+        return []
+    comparison = compare_results(first, second)
+    return [
+        (name, [finding_view(one, -1, has_place=False) for one in findings])
+        for name, findings in (("A", comparison.lost), ("B", comparison.gained))
+        if findings
+    ]
 
 
 def compared_tables(
@@ -74,33 +90,39 @@ def compared_tables(
         for title, members in FIGURES
         if title in _COMPARED
     ]
-    tables.append(("Energy by state", _state_rows(first, second)))
+    tables.append(("Time by state", _state_rows(first, second, "time_s")))
+    tables.append(("Energy by state", _state_rows(first, second, "energy_wh")))
     return tuple((title, rows) for title, rows in tables if rows)
 
 
 def _row(row: Figure, a: float | None, b: float | None) -> ComparedRow:
     is_place = row.path.endswith(_WITHOUT_DIFFERENCE)
-    difference = None if a is None or b is None or is_place else b - a
-    # a difference may be none, and below nothing, as no chance is
-    shown = quantity.percent if row.text is quantity.chance else row.text
+    difference = None
+    if a is not None and b is not None and not is_place:
+        # of a charge that is overdrawn as it is shown: none is left
+        least = 0.0 if row.text is quantity.charge_left else -math.inf
+        difference = max(b, least) - max(a, least)
+    # a difference may be none, and below nothing, as no chance and no charge is
+    shown = quantity.percent if row.text in {quantity.chance, quantity.charge_left} else row.text
     text = "" if difference is None else quantity.signed(difference, shown)
     texts = row.text(a), row.text(b), text
     return ComparedRow(row.label, *texts, difference, row.path, (a, b))
 
 
-def _state_rows(first: Result, second: Result) -> tuple[ComparedRow, ...]:
-    energies = [
-        {phase.state: phase.energy_wh for phase in flight_phases(result)}
+def _state_rows(first: Result, second: Result, key: str) -> tuple[ComparedRow, ...]:
+    """Return what each state takes of a quantity of both, and at the end all of them."""
+    found = [
+        {phase.state: getattr(phase, key) for phase in flight_phases(result)}
         if isinstance(result, CheckResult)
         else {}
         for result in (first, second)
     ]
-    [energy] = figures_at("totals.energy_wh")
-    states = {**energies[0], **energies[1]}
+    [total] = figures_at(f"totals.{key}")
+    states = {**found[0], **found[1]}
     return tuple(
         _row(
-            energy._replace(label=state, path=f"states.{state}.energy_wh"),
-            *(found.get(state) for found in energies),
+            total._replace(label=state, path=f"states.{state}.{key}"),
+            *(own.get(state) for own in found),
         )
         for state in sorted(states, key=lambda state: (state == "total", list(states).index(state)))
     )
