@@ -399,11 +399,16 @@ RATED_WIND = 0.7
 
 
 def airspeed_limit_m_s(
-    vehicle: VehicleModel, parameters: FlightParameters | None, times_heavier: float
+    vehicle: VehicleModel,
+    parameters: FlightParameters | None,
+    times_heavier: float,
+    *,
+    is_certain: bool = False,
 ) -> float | None:
     """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]
 
-    ``times_heavier`` is the mass that flies over the model's: against the same drag it leans less.
+    ``times_heavier`` is the mass that flies over the model's: against the same drag it leans less.  Certain
+    is of more lean and weight what drag by the square of the airspeed leaves.
 
     Where the model does not say at which lean angle it was held, that was the limit of the model's own
     parameters, or the autopilot's default.  A lower limit leaves less: by tan(θ), as drag that grows with
@@ -412,7 +417,9 @@ def airspeed_limit_m_s(
     if parameters is None:
         return vehicle.airspeed_limit_m_s
     lean_rad = parameters.lean_angle_max_rad
-    limit_m_s = vehicle.airspeed_limit_at(lean_rad, times_heavier=times_heavier)
+    limit_m_s = vehicle.airspeed_limit_at(
+        lean_rad, times_heavier=times_heavier, is_certain=is_certain
+    )
     if limit_m_s is None or vehicle.airspeed_limit_lean_deg is not None:
         return limit_m_s
     return limit_m_s * _fraction_left(vehicle, parameters, times_heavier)
@@ -423,17 +430,14 @@ def shown_airspeed_m_s(
 ) -> float | None:
     """Return the highest airspeed flights of a model show a vehicle with these parameters to hold. [m s⁻¹]
 
-    Of its limit where the model has one what is certain: more lean is not known to give more, more weight
-    at least its root, as drag by the square of the airspeed has it.  Else what it was identified at, or flies
+    Its limit where the model has one, as far as that is certain, else what it was identified at, or flies
     at least where its maker allows a wind: that over `RATED_WIND`.  Less what a lower lean angle takes: as
     above, or as the drag has it that the model gives.  ``None``: the model shows none.
     """
-    limit_m_s = airspeed_limit_m_s(vehicle, parameters, times_heavier)
-    identified, held_m_s = vehicle.valid_for.speed_m_s, vehicle.airspeed_limit_m_s
-    if limit_m_s is not None and held_m_s is not None:
-        return min(limit_m_s, held_m_s * math.sqrt(max(times_heavier, 1.0)))
-    if identified is None:
-        return None
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters, times_heavier, is_certain=True)
+    identified = vehicle.valid_for.speed_m_s
+    if limit_m_s is not None or identified is None:
+        return limit_m_s
     flown_m_s = max(identified.high, (vehicle.wind_max_m_s or 0.0) / RATED_WIND)
     if parameters is None:
         return flown_m_s

@@ -197,7 +197,7 @@ def _late_ratios(
     longer, limit = np.ones(len(reach.item)), vehicle.valid_for.speed_m_s
     if limit is None or limit.high <= 0.0:
         return longer
-    held_m_s = _held_m_s(vehicle, limit.high, shown_m_s)
+    held_m_s = held_airspeed_m_s(vehicle, limit.high, shown_m_s)
     if _is_within(vehicle, wind, reach, limit.high, held_m_s):
         return longer
     air_m_s, ground_m_s = reach.airspeed_m_s(wind), reach.ground_speed_m_s
@@ -216,7 +216,9 @@ def _late_ratios(
     return longer
 
 
-def _held_m_s(vehicle: VehicleModel, identified_m_s: float, shown_m_s: float | None) -> float:
+def held_airspeed_m_s(
+    vehicle: VehicleModel, identified_m_s: float, shown_m_s: float | None
+) -> float:
     """Return the highest airspeed a vehicle is sure to hold: its limit less two deviations. [m s⁻¹]"""
     limit_m_s, fraction = vehicle.airspeed_limit_m_s, vehicle.airspeed_limit_fraction
     if shown_m_s is None:
@@ -243,7 +245,7 @@ def _airspeed_ratios(
     more = np.ones(len(reach.item))
     if limit is None or limit.high <= 0.0:
         return more, more
-    held_m_s = _held_m_s(vehicle, limit.high, shown_m_s)
+    held_m_s = held_airspeed_m_s(vehicle, limit.high, shown_m_s)
     if _is_within(vehicle, power.wind, reach, limit.high, held_m_s):
         return more, more
     air_m_s, ground_m_s = reach.airspeed_m_s(power.wind), reach.ground_speed_m_s

@@ -38,6 +38,9 @@ _DRAG_ERROR = 0.03
 """Of the drag of a steady leg, relative: half a degree in fifteen. [-]"""
 _WIND_ERROR = 0.15
 """Of a wind that the lean tells, relative: in ArduPilot's simulation within 13 % in eight flights. [-]"""
+_TRIM = math.tan(math.radians(1.0))
+"""Of the level thrust over that upwards, by which all attitudes of a flight may be off alike: an AHRS_TRIM,
+an autopilot or a centre of gravity that is not level; 2.5° in the air take two deviations. [-]"""
 _HELD_ERROR = 0.01
 """Of an airspeed held at the greatest lean, relative: the noise of velocities over seconds. [-]"""
 _COMPARED = 0.5
@@ -89,6 +92,14 @@ class _Lean(NamedTuple):
     def is_at_limit(self) -> bool:
         return self.limit_rad is not None and abs(self.lean_rad - self.limit_rad) < _NEAR_RAD
 
+    def sure_airspeed_m_s(self, drag: float) -> float:
+        """Return what is certain to be held against a drag over the weight of the model. [m s⁻¹]
+
+        The airspeed less two of its deviations, drag by the square at most.
+        """
+        flown_m_s = self.airspeed_m_s * max(1.0 - 2.0 * self.error, 0.0)
+        return flown_m_s * min(drag / self.drag, math.sqrt(drag / self.drag))
+
 
 def identified_lean(
     records: Sequence[FlightRecord],
@@ -106,9 +117,8 @@ def identified_lean(
     what is heavier leans less against the same drag.
     """
     times = times_heavier or [1.0] * len(records)
-    steady = [
-        one for record, own in zip(records, times, strict=True) for one in _steady(record, own)
-    ]
+    flights = [list(_steady(record, own)) for record, own in zip(records, times, strict=True)]
+    steady = [one for flight in flights for one in flight]
     ahead = [one for one in steady if one.is_ahead]
     calm = [one for one in ahead if not one.error]
     law = _DragLaw.of(calm) or _DragLaw.of(ahead) or _DragLaw.of(steady)
@@ -133,12 +143,21 @@ def identified_lean(
         lean_rad = min(math.atan(law.drag(fastest.airspeed_m_s)), fastest.limit_rad)
         flown = fastest._replace(airspeed_m_s=min(fastest.airspeed_m_s, law.airspeed_m_s(most)))
         return _limited(flown, lean_rad, law, law.error_at(most))
-    sure_m_s = min(
-        one.airspeed_m_s * (1.0 - one.error) * min(most / one.drag, math.sqrt(most / one.drag))
-        for one in limited
-        if one.airspeed_m_s >= _COMPARED * fastest.airspeed_m_s
-    )
+    sure_m_s = min(_sure_m_s(flight, most) for flight in flights if flight and flight[0].limit_rad)
     return replace(_UNKNOWN, sure_airspeed_m_s=rounded(sure_m_s, 3))
+
+
+def _sure_m_s(flight: Sequence[_Lean], drag: float) -> float:
+    """Return what a flight shows to be held for certain against a drag over the weight. [m s⁻¹]
+
+    By its fastest leg, which a wind that the lean tells errs least of; where none is known, a leg with it
+    leans too little: by the leg that tells the least of those about as fast.
+    """
+    fastest = max(flight)
+    if fastest.error:
+        return fastest.sure_airspeed_m_s(drag)
+    near_m_s = _COMPARED * fastest.airspeed_m_s
+    return min(one.sure_airspeed_m_s(drag) for one in flight if one.airspeed_m_s >= near_m_s)
 
 
 def _leans_more(base: VehicleModel, found: LeanFlight, exponent: float) -> bool:
@@ -256,15 +275,28 @@ def level_parts(record: FlightRecord) -> list[slice]:
 
 
 def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
+    legs = list(_legs(record, times_heavier))
+    wind_m_s = leant_wind_m_s(record)
+    error_m_s = 0.0
+    if legs and wind_m_s > 0.0:
+        # what another trim takes or gives of airspeed, by the slope of the drag
+        by_trim = float(np.mean([one.airspeed_m_s / one.drag for one in legs]))
+        by_trim *= _TRIM * times_heavier / _USUAL_EXPONENT
+        error_m_s = math.hypot(_WIND_ERROR * wind_m_s, by_trim)
+    for one in legs:
+        yield one._replace(error=error_m_s / one.airspeed_m_s)
+
+
+def _legs(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
+    """Yield the steady level flight of a record, as if its wind were known."""
     limit_rad = _lean_angle_max_rad(record)
     roll, pitch = np.radians(record.roll_deg), np.radians(record.pitch_deg)
     lean_rad = np.arccos(np.cos(roll) * np.cos(pitch))
     airspeed = speed_through_air_m_s(record)
-    wind_error_m_s = _WIND_ERROR * leant_wind_m_s(record)
     course_rad = np.arctan2(record.velocity_east_m_s, record.velocity_north_m_s)
     turned = np.exp(1j * (np.radians(record.yaw_deg) - course_rad))
     beside = np.abs(np.angle(turned))
-    is_blown = wind_error_m_s > 0.0
+    is_blown = leant_wind_m_s(record) > 0.0
     for part in level_parts(record):
         if is_blown and not np.isfinite(record.wind_north_m_s[part]).all():
             continue  # at another height, in a wind that nobody knows
@@ -278,7 +310,7 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
                 times_heavier=times_heavier,
                 lean_rad=mean_rad,
                 limit_rad=limit_rad,
-                error=wind_error_m_s / float(airspeed[part].mean()),
+                error=0.0,
                 is_ahead=not beside[part].mean() > _AHEAD_RAD,
             )
 

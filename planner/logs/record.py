@@ -124,7 +124,7 @@ class LoggedQuantity(Value):
         return self.found_in is not None
 
 
-class FlightRecord(Value, eq=False):
+class FlightRecord(Value, eq=False, weakref=True):
     """One flight, from arming to disarming, the vehicle armed throughout.
 
     The columns are arrays of one length.  NaN is in a column of numbers wherever the log has

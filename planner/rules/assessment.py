@@ -96,6 +96,16 @@ class Assessment(Value, eq=False, dict=True):
         return shown_airspeed_m_s(self.vehicle, self.own_parameters, self.setup.times_heavier)
 
     @property
+    def certain_airspeed_m_s(self) -> float | None:
+        """Highest airspeed the vehicle is certain to hold; ``None``: none is known. [m s⁻¹]"""
+        from planner.flight.uncounted import held_airspeed_m_s
+
+        identified = self.vehicle.valid_for.speed_m_s
+        if identified is None:
+            return None
+        return held_airspeed_m_s(self.vehicle, identified.high, self.shown_airspeed_m_s)
+
+    @property
     def highest_airspeed_m_s(self) -> float | None:
         """Airspeed limit of the model, else the highest that it shows; ``None``: none. [m s⁻¹]"""
         return self.airspeed_limit_m_s or self.shown_airspeed_m_s

@@ -60,11 +60,11 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     "two standard deviations) and of the returns from there against [valid_for] and the identified steps of "
     "the vehicle model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured "
     "higher up, or in other air, is only noted, so is air where the model states none.  At an airspeed V "
-    "beyond the identified V_k the greater of two bounds counts: the power at V_k times (V / V_k)³, or the "
-    "longer way at the airspeed V_k (airspeed_limit_m_s where the model has it, less two of its "
-    "airspeed_limit_fraction; with the root of what is heavier, as W101 has it; as for W103 where the "
-    "parameters let it lean less); an error where that may "
-    "take the margin.  Of a model with neither no speed is checked: X904.",
+    "beyond the identified V_k, or what of a limit is certain, the greater of two bounds counts: the power "
+    "at V_k times (V / V_k)³, or the longer way at the airspeed V_k (airspeed_limit_m_s where the model has "
+    "it, less two of its airspeed_limit_fraction; with the root of what more lean holds, and more weight, as "
+    "W101 has it; as for W103 where the parameters let it lean less); an error where that may take the "
+    "margin.  Of a model with neither no speed is checked: X904.",
     fix="keep the mission inside the range, or log a flight beyond it and run mavjoule identify, or mavjoule "
     "vehicle refine for a model of a data sheet",
     instead="a model identified there with --vehicle",
@@ -216,9 +216,9 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     reach = a.reach
     up_to = f"up to {quantity.speed(limit.high)}"
     over_m_s = (1.0 + OVERSHOOT) * limit.high
-    shown_m_s = a.shown_airspeed_m_s
-    assert shown_m_s is not None
-    is_leant_less = a.vehicle.airspeed_limit_m_s is None and shown_m_s < limit.high
+    certain_m_s = a.certain_airspeed_m_s
+    assert certain_m_s is not None
+    is_leant_less = certain_m_s < limit.high
     fastest = extremes.ground_speed_m_s
     # A response of reference steps overshoots within the flights it was identified on.
     is_step = a.autopilot is Autopilot.STEP
@@ -239,7 +239,7 @@ def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
     )
     row = int(np.argmax(air_m_s))
     ground_m_s = float(reach.ground_speed_m_s.max()) if is_step else fastest.value
-    is_late = is_leant_less and air_m_s[row] > (1.0 + OVERSHOOT) * shown_m_s
+    is_late = is_leant_less and air_m_s[row] > (1.0 + OVERSHOOT) * certain_m_s
     # What flies as fast over ground is told of already.
     if is_late or air_m_s[row] > max(over_m_s, (1.0 + SPEED_ROUNDING) * ground_m_s):
         # A model without an airspeed term counts no wind at all: E108.

@@ -155,7 +155,7 @@ def known_text(vehicle: VehicleModel) -> str:
 
 def shown_airspeed_text(a: Assessment) -> str:
     """Return up to what airspeed the model of a flight was identified, and what its lean leaves of that."""
-    identified, shown_m_s = a.vehicle.valid_for.speed_m_s, a.shown_airspeed_m_s
+    identified, shown_m_s = a.vehicle.valid_for.speed_m_s, a.certain_airspeed_m_s
     assert identified is not None
     text = quantity.speed(identified.high)
     if a.vehicle.wind_max_m_s is not None:

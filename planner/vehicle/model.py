@@ -616,19 +616,19 @@ class VehicleModel(Part):
         return None if self.speed is None else self.speed.default_m_s
 
     def airspeed_limit_at(
-        self, lean_rad: float | None, *, times_heavier: float = 1.0
+        self, lean_rad: float | None, *, times_heavier: float = 1.0, is_certain: bool = False
     ) -> float | None:
         """Return the highest airspeed at a greatest lean angle; as it was held, where that is not known.
 
         ``times_heavier`` is the mass that flies over the model's.  Of the exponents that are possible,
-        1 to 2, the one that gives less airspeed counts where none is known.
+        1 to 2, the one that gives less airspeed counts where none is known, or it has to be certain.
         """
         held_deg = self.airspeed_limit_lean_deg
         if self.airspeed_limit_m_s is None or held_deg is None or lean_rad is None:
             return self.airspeed_limit_m_s
         drag = held_drag(lean_rad, times_heavier) / math.tan(math.radians(held_deg))
         exponent = self.drag_exponent or (2.0 if drag > 1.0 else 1.0)
-        if drag > _FAR_DRAG:
+        if drag > (1.0 if is_certain else _FAR_DRAG):
             exponent = 2.0  # one found at less lean is not known there
         return float(self.airspeed_limit_m_s * drag ** (1.0 / exponent))
 

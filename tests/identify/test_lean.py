@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from planner.identify.refinement import Refinement
     from planner.logs.record import FlightRecord
 
+BY_LEAN = LoggedQuantity(
+    name="wind_north_m_s", found_in=LEANT_WIND, rate_hz=None, coverage=1.0, absence_cost="calm"
+)
 SPAN = 200
 """Samples of each steady flight: 20 s."""
 
@@ -135,6 +138,25 @@ def test_from_far_less_lean_only_what_is_sure_is_known(
     assert found.sure_airspeed_m_s == pytest.approx(sure_m_s, abs=0.01)
 
 
+def test_what_is_sure_of_a_wind_that_the_lean_tells_is_two_deviations_less() -> None:
+    # ArduCopter's simulator, attitudes 2.5° off: 10.1 m/s told of 9.6 flown, held to 10.94 m/s
+    one = flight((10.0, 26.0, 10.0))
+    zero = np.zeros(one.time_s.size)
+    told = replace(one, wind_north_m_s=zero + 4.8, wind_east_m_s=zero, quantities=(BY_LEAN,))
+    drag, limit = math.tan(math.radians(26.0)), math.tan(math.radians(30.0))
+    error_m_s = math.hypot(0.15 * 4.8, math.radians(1.0) / 1.5 * 10.0 / drag)
+    sure_m_s = (10.0 - 2.0 * error_m_s) * math.sqrt(limit / drag)
+    assert identified_lean([told]).sure_airspeed_m_s == pytest.approx(sure_m_s, abs=0.01)
+
+
+def test_no_flight_makes_sure_what_another_does_not() -> None:
+    # a way with the wind: 8.7° at 10 m/s over ground would be 19.4 m/s at 30°
+    downwind, calm = flight((10.0, 8.7, 10.0)), flight((4.0, lean_deg(4.0), 4.0))
+    sure_m_s = 4.0 * math.sqrt(2.5**1.4)
+    for records in ([calm], [downwind, calm], [calm, downwind]):
+        assert identified_lean(records).sure_airspeed_m_s == pytest.approx(sure_m_s, abs=0.01)
+
+
 def test_what_leans_as_far_as_the_limit_is_at_it_whatever_speed_it_keeps() -> None:
     found = identified_lean([flight((5.0, lean_deg(5.0), 5.0), (10.4, 30.0, 10.4))])
     assert (found.airspeed_limit_m_s, found.limit_lean_deg) == (10.4, 30.0)
@@ -244,22 +266,24 @@ def test_a_vehicle_that_leans_little_keeps_the_airspeeds_of_its_data_sheet() -> 
 
 
 def test_a_wind_that_the_lean_tells_leaves_the_limit_less_sure() -> None:
-    row = LoggedQuantity(
-        name="wind_north_m_s", found_in=LEANT_WIND, rate_hz=None, coverage=1.0, absence_cost="calm"
-    )
     legs = ((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0))
     held = flight(*legs, (10.0, 30.0, 12.0))
     zero = np.zeros(held.time_s.size)
-    blown = replace(held, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(row,))
+    blown = replace(held, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(BY_LEAN,))
     assert identified_lean([held]).limit_fraction == pytest.approx(0.01)
-    # 15 % of 4 m/s at 10 m/s
+    # at 10 m/s 15 % of 4 m/s, and what 1° of trim takes by the slope of the drag, 1.5 of it over the airspeed
+    slopes = [
+        math.tan(math.radians(lean)) / airspeed for airspeed, lean, _ in (*legs, (10.0, 30.0, 0.0))
+    ]
+    trim_m_s = math.radians(1.0) / 1.5 * sum(1.0 / one for one in slopes) / 3.0
+    assert 0.2 < trim_m_s < 0.3
     assert identified_lean([blown]).limit_fraction == pytest.approx(
-        math.hypot(0.01, 0.06), abs=1e-3
+        math.hypot(0.01, 0.06, trim_m_s / 10.0), abs=1e-3
     )
     # where the limit was not come to, it is not known from such airspeeds
     near = flight(*legs, (9.8, lean_deg(9.8), 9.8))
     zero = np.zeros(near.time_s.size)
-    blown = replace(near, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(row,))
+    blown = replace(near, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(BY_LEAN,))
     assert identified_lean([near]).airspeed_limit_m_s == pytest.approx(9.8)
     assert identified_lean([blown]).airspeed_limit_m_s is None
     # calm flights tell the drag beside windy ones

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import weakref
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from made_record import make_record
 
+from planner.identify import leant_wind
 from planner.identify.lean import LEANT_WIND
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.logs.record import LoggedQuantity
@@ -111,6 +113,21 @@ def test_without_a_heading_there_is_no_wind() -> None:
     record = flight(*SQUARE, wind=(3.0, 0.0))
     record = replace(record, yaw_deg=np.full(record.time_s.size, np.nan))
     assert with_leant_wind(record) is record
+
+
+def test_a_record_is_asked_once_and_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[FlightRecord] = []
+    parts = leant_wind.level_parts
+    monkeypatch.setattr(leant_wind, "level_parts", lambda one: asked.append(one) or parts(one))
+    calm, windy = flight(*SQUARE, wind=(0.0, 0.0)), flight(*SQUARE, wind=(3.0, 0.0))
+    for _ in range(2):
+        assert with_leant_wind(calm) is calm
+        assert blown(windy) == pytest.approx((3.0, 0.0), abs=0.2)
+    assert asked == [calm, windy]
+    asked.clear()
+    gone = weakref.ref(calm)
+    del calm
+    assert gone() is None
 
 
 def test_where_the_wind_comes_from_is_told() -> None:

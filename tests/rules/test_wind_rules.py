@@ -113,6 +113,24 @@ def test_a_return_against_the_wind_is_judged_as_a_leg(
     assert all("on the return from item" in one.message for one in beyond)
 
 
+@pytest.mark.parametrize(
+    ("fraction", "expected"),
+    [
+        (None, []),
+        (0.01, []),  # 11.8 m/s are certain: within 3 % of the 12 flown
+        (0.02, [WARNING]),  # 11.5: 6.5 over ground for 7
+        (0.2, [ERROR]),  # 7.2: 2.2 for 7, three times as long
+    ],
+)
+def test_a_limit_flown_at_that_is_not_certain_costs_margin(
+    fraction: float | None, expected: list[Severity]
+) -> None:
+    """10 m/s against 5 are asked of a vehicle that is held to 12, in a box that is wider than that."""
+    limited = replace(LIMITED, airspeed_limit_fraction=fraction)
+    wind = Wind(speed_m_s=5.0, from_deg=0.0)
+    assert severities("E105", AWAY, limited, wind=wind) == expected
+
+
 def test_a_return_to_a_rally_point_is_judged_by_the_way_there() -> None:
     """From 300 m on the vehicle flies to a point 4 km ahead: with the wind, at 10 m/s less 8."""
     behind = Wind(speed_m_s=8.0, from_deg=180.0)
