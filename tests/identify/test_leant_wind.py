@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from made_record import make_record
 
-from planner.identify import leant_wind
-from planner.identify.lean import LEANT_WIND
+from planner.identify.lean import LEANT_WIND, level_parts
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.logs.record import LoggedQuantity
 from planner.values import replace
@@ -117,8 +116,12 @@ def test_without_a_heading_there_is_no_wind() -> None:
 
 def test_a_record_is_asked_once_and_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[FlightRecord] = []
-    parts = leant_wind.level_parts
-    monkeypatch.setattr(leant_wind, "level_parts", lambda one: asked.append(one) or parts(one))
+
+    def counted(record: FlightRecord) -> list[slice]:
+        asked.append(record)
+        return level_parts(record)
+
+    monkeypatch.setattr("planner.identify.leant_wind.level_parts", counted)
     calm, windy = flight(*SQUARE, wind=(0.0, 0.0)), flight(*SQUARE, wind=(3.0, 0.0))
     for _ in range(2):
         assert with_leant_wind(calm) is calm
