@@ -56,6 +56,7 @@ from planner.setting import (
 from planner.units import FASTEST_M_S, JOULES_PER_WATT_HOUR
 from planner.values import Value, brief, replace
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
+from planner.vehicle.model import Aloft
 from planner.vehicle.pack import FlownPack, flown_pack
 
 if TYPE_CHECKING:
@@ -649,6 +650,8 @@ class Setup(_Vehicle):
     """What a file has set of it; ``None``: nothing."""
     keeps_load: bool = True
     """Whether what is carried is carried all the way, by the items of the mission."""
+    air_density_kg_m3: float | None = None
+    """That at home, where the model asks for it; ``None``: not known, or not asked for."""
 
     @classmethod
     def of(
@@ -702,18 +705,19 @@ class Setup(_Vehicle):
         return own_kg + self.flown_pack.added_kg + mean_of(self.payload_kg)
 
     @property
-    def times_heavier(self) -> float:
-        """The mass that is certain to fly over the model's own; one where that is not known. [-]
+    def aloft(self) -> Aloft:
+        """What is certain to fly, and in what air.
 
         Less two standard deviations of the payload, and without one that is set down on the way.
         """
-        own_kg = self.vehicle.mass_kg
+        own_kg, air_kg_m3 = self.vehicle.mass_kg, self.air_density_kg_m3
         if own_kg is None:
-            return 1.0
+            return Aloft(air_density_kg_m3=air_kg_m3)
         carried_kg = mean_of(self.payload_kg) - 2.0 * sd_of(self.payload_kg)
         if not self.keeps_load:
             carried_kg = 0.0
-        return (own_kg + self.flown_pack.added_kg + max(carried_kg, 0.0)) / own_kg
+        flown_kg = own_kg + self.flown_pack.added_kg + max(carried_kg, 0.0)
+        return Aloft(times_heavier=flown_kg / own_kg, air_density_kg_m3=air_kg_m3)
 
     @property
     def position_margin_m(self) -> float:

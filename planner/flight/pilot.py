@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from planner.mission.route.stage import Route
     from planner.physics.wind import Wind
     from planner.setup import Setup
-    from planner.vehicle.model import Responses, VehicleModel
+    from planner.vehicle.model import Aloft, Responses, VehicleModel
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -301,8 +301,8 @@ def make_pilot(
         return StepPilot(vehicle=vehicle, parameters=parameters, terrain=setup.terrain)
     from planner.vehicle.parameters.px4 import Px4Parameters
 
-    times_heavier = setup.times_heavier
-    limit_m_s = airspeed_limit_m_s(vehicle, parameters, times_heavier)
+    aloft = setup.aloft
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters, aloft)
     if isinstance(parameters, Px4Parameters):
         given_m = setup.position_noise_m
         noise_m = vehicle.position_noise_m if given_m is None else given_m
@@ -320,7 +320,7 @@ def make_pilot(
             wind=setup.wind,
             airspeed_limit_m_s=limit_m_s,
             noise_m=noise_m,
-            drag_per_s=None if own_per_s is None else own_per_s / times_heavier,
+            drag_per_s=None if own_per_s is None else own_per_s / aloft.times_heavier,
             heading_rad=None if setup.heading_deg is None else math.radians(setup.heading_deg),
         )
     return ArduPilotPilot(
@@ -401,32 +401,28 @@ RATED_WIND = 0.7
 def airspeed_limit_m_s(
     vehicle: VehicleModel,
     parameters: FlightParameters | None,
-    times_heavier: float,
+    aloft: Aloft,
     *,
     is_certain: bool = False,
 ) -> float | None:
     """Return the highest airspeed of a vehicle with these parameters; ``None``: not known. [m s⁻¹]
 
-    ``times_heavier`` is the mass that flies over the model's: against the same drag it leans less.  Certain
-    is of more lean and weight what drag by the square of the airspeed leaves.
+    What is heavier leans less against the same drag.  Certain is of more lean and weight what drag by the
+    square of the airspeed leaves.
 
     Where the model does not say at which lean angle it was held, that was the limit of the model's own
     parameters, or the autopilot's default.  A lower limit leaves less: by tan(θ), as drag that grows with
     the airspeed has it, which is the least of what is possible; a higher one is not known to give more.
     """
-    if parameters is None:
-        return vehicle.airspeed_limit_m_s
-    lean_rad = parameters.lean_angle_max_rad
-    limit_m_s = vehicle.airspeed_limit_at(
-        lean_rad, times_heavier=times_heavier, is_certain=is_certain
-    )
-    if limit_m_s is None or vehicle.airspeed_limit_lean_deg is not None:
+    lean_rad = None if parameters is None else parameters.lean_angle_max_rad
+    limit_m_s = vehicle.airspeed_limit_at(lean_rad, aloft, is_certain=is_certain)
+    if limit_m_s is None or parameters is None or vehicle.airspeed_limit_lean_deg is not None:
         return limit_m_s
-    return limit_m_s * _fraction_left(vehicle, parameters, times_heavier)
+    return limit_m_s * _fraction_left(vehicle, parameters, aloft.times_heavier)
 
 
 def shown_airspeed_m_s(
-    vehicle: VehicleModel, parameters: FlightParameters | None, times_heavier: float
+    vehicle: VehicleModel, parameters: FlightParameters | None, aloft: Aloft
 ) -> float | None:
     """Return the highest airspeed flights of a model show a vehicle with these parameters to hold. [m s⁻¹]
 
@@ -434,7 +430,7 @@ def shown_airspeed_m_s(
     at least where its maker allows a wind: that over `RATED_WIND`.  Less what a lower lean angle takes: as
     above, or as the drag has it that the model gives.  ``None``: the model shows none.
     """
-    limit_m_s = airspeed_limit_m_s(vehicle, parameters, times_heavier, is_certain=True)
+    limit_m_s = airspeed_limit_m_s(vehicle, parameters, aloft, is_certain=True)
     identified = vehicle.valid_for.speed_m_s
     if limit_m_s is not None or identified is None:
         return limit_m_s
@@ -442,10 +438,10 @@ def shown_airspeed_m_s(
     if parameters is None:
         return flown_m_s
     if vehicle.drag_per_s:
-        lighter = min(times_heavier, 1.0)  # that much more for weight is not certain
+        lighter = min(aloft.times_heavier, 1.0)  # that much more for weight is not certain
         lean_m_s2 = GRAVITY_M_S2 * held_drag(parameters.lean_angle_max_rad, lighter)
         return min(flown_m_s, lean_m_s2 / vehicle.drag_per_s)
-    return flown_m_s * _fraction_left(vehicle, parameters, times_heavier)
+    return flown_m_s * _fraction_left(vehicle, parameters, aloft.times_heavier)
 
 
 def _fraction_left(

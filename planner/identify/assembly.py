@@ -24,7 +24,7 @@ from planner.identify.leant_wind import leant_wind_readings
 from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.refinement import shown_box
-from planner.identify.segments import FitStatus
+from planner.identify.segments import FitStatus, record_air_density_kg_m3
 from planner.identify.spread import (
     left_out_spread,
     noise_fraction,
@@ -104,12 +104,14 @@ def flown_box(
     records: Sequence[FlightRecord],
     parts: Parts,
     settings: IdentificationSettings,
+    lean: LeanFlight,
     *,
     mass_kg: float | None,
 ) -> ValidFor:
     """Return the box of what was flown, no larger.
 
-    ``mass_kg`` is that without payload, ``None`` where the power does not depend on it.
+    Airspeeds of a way with the wind, which the ``lean`` of other flights contradicts, reach no farther than
+    that tells.  ``mass_kg`` is that without payload, ``None`` where the power does not depend on it.
 
     Raises IdentificationError if neither a speed nor a height is known.
     """
@@ -125,6 +127,8 @@ def flown_box(
             for r, f in zip(records, flown, strict=True)
             if (own := _known([r.ground_speed_m_s], [f])).size
         ]
+    if lean.shown_airspeed_m_s is not None:
+        speeds = [min(one, lean.shown_airspeed_m_s) for one in speeds]
     if ramps is not None:
         climbs += [-ramps.descent_m_s, ramps.climb_m_s]
     if not speeds and not heights.size:
@@ -308,6 +312,11 @@ class IdentificationSettings(Value):
         own = self.conditions_of(record)
         return None if own.mass_kg is None else own.mass_kg + (own.payload_kg or 0.0)
 
+    def mean_air_kg_m3(self, record: FlightRecord) -> float:
+        """Return the mean density of the air of a flight. [kg m⁻³]"""
+        temperature_c = self.conditions_of(record).temperature_c
+        return float(np.nanmean(record_air_density_kg_m3(record, home_temperature_c=temperature_c)))
+
     def times_heavier(self, record: FlightRecord) -> float:
         """Return the mass that flew over that of the model; one where they are not known. [-]"""
         flown_kg, own_kg = self.flown_mass_kg(record), self.own_mass_kg
@@ -366,7 +375,8 @@ def assemble_model(
     else:
         parameters, differing = flown_parameters(records, reference, times_heavier)
         findings += differing
-    lean = identified_lean(records, base, times_heavier=times_heavier)
+    air_kg_m3 = [settings.mean_air_kg_m3(record) for record in records]
+    lean = identified_lean(records, base, times_heavier=times_heavier, air_kg_m3=air_kg_m3)
     drag = (
         identify_drag(records, times_heavier=times_heavier) if reference is Autopilot.PX4 else None
     )
@@ -394,6 +404,7 @@ def assemble_model(
         thrust_max_n=None if base is None else base.thrust_max_n,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,
         airspeed_limit_lean_deg=lean.limit_lean_deg,
+        airspeed_limit_air_density_kg_m3=lean.limit_air_kg_m3,
         airspeed_limit_fraction=lean.limit_fraction,
         drag_exponent=lean.drag_exponent,
         position_noise_m=noise_m,
@@ -407,7 +418,9 @@ def assemble_model(
         ramps=ramps,
         speed=_speed(parts, responses, base, reference),
         parameters=parameters,
-        valid_for=flown_box(records, parts, settings, mass_kg=mass_kg if power.is_known else None),
+        valid_for=flown_box(
+            records, parts, settings, lean, mass_kg=mass_kg if power.is_known else None
+        ),
         provenance=made_provenance(
             records, settings, outcomes, readings, basis=_basis(parts.power, base)
         ),

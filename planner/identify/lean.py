@@ -9,9 +9,10 @@ import numpy as np
 
 from planner.identify.segments import climb_rate_m_s, is_steady, run_bounds, speed_through_air_m_s
 from planner.identify.uncertainty import rounded
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.units import GRAVITY_M_S2
 from planner.values import Value, replace
-from planner.vehicle.model import held_drag
+from planner.vehicle.model import Aloft, held_drag
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
@@ -49,6 +50,8 @@ _LIMIT_ERROR = 0.03
 """Most that the airspeed at the greatest lean is off by where less lean tells it. [-]"""
 _USUAL_EXPONENT = 1.5
 """Of a drag whose exponent flights do not tell: between that of rotors and that of a body. [-]"""
+_ONE_WAY = 0.9
+"""Of the mean of directions, from which on they are one: of two at right angles it is 0.7. [-]"""
 _AHEAD_RAD = math.radians(45.0)
 """Between heading and course, in the mean, up to which the nose points along the way."""
 _SHORTEST_S = 5.0
@@ -69,6 +72,23 @@ class LeanFlight(Value):
     """Standard deviation of that airspeed, relative. [-]"""
     sure_airspeed_m_s: float | None = None
     """Without a limit, what the greatest lean holds at least: drag goes by the square at most."""
+    air_density_kg_m3: float | None = None
+    """Of the air that all airspeeds are those in; ``None``: not known."""
+
+    is_contradicted: bool = False
+    """Whether a flight in one direction leans less than others let it: it had the wind behind it."""
+
+    @property
+    def shown_airspeed_m_s(self) -> float | None:
+        """Most that a flown airspeed may be where flights contradict each other; ``None``: anything."""
+        if not self.is_contradicted:
+            return None
+        return self.airspeed_limit_m_s or self.sure_airspeed_m_s
+
+    @property
+    def limit_air_kg_m3(self) -> float | None:
+        """That of the limit; ``None``: not known, or there is none."""
+        return None if self.airspeed_limit_m_s is None else self.air_density_kg_m3
 
 
 _UNKNOWN = LeanFlight(airspeed_limit_m_s=None, limit_lean_deg=None, drag_exponent=None)
@@ -106,6 +126,7 @@ def identified_lean(
     base: VehicleModel | None = None,
     *,
     times_heavier: Sequence[float] = (),
+    air_kg_m3: Sequence[float] = (),
 ) -> LeanFlight:
     """Return what flights show of lean and drag; where they show no limit, all that a base model gives.
 
@@ -114,10 +135,64 @@ def identified_lean(
     flown, at the lean that the drag of all legs has there, if that tells the limit within 3 %.
 
     ``times_heavier`` are the masses that flew over that of the model, left out of a mass that is not known:
-    what is heavier leans less against the same drag.
+    what is heavier leans less against the same drag.  ``air_kg_m3`` are the densities of the air, left out
+    where they are not known: airspeeds are those at the same lean in the densest.
     """
     times = times_heavier or [1.0] * len(records)
-    flights = [list(_steady(record, own)) for record, own in zip(records, times, strict=True)]
+    densest = max(air_kg_m3, default=None)
+    thinner = [1.0 if densest is None else one / densest for one in air_kg_m3 or times]
+    flights = [
+        [
+            one._replace(airspeed_m_s=one.airspeed_m_s * math.sqrt(air))
+            for one in _steady(record, own)
+        ]
+        for record, own, air in zip(records, times, thinner, strict=True)
+    ]
+    one_way = [_is_one_way(record) for record in records]
+    kept = [
+        flight
+        for number, flight in enumerate(flights)
+        if not (one_way[number] and _is_contradicted(flight, flights))
+    ]
+    found = _of_flights(kept, base, densest)
+    if found is None:
+        assert base is not None
+        return _of_base(base)
+    found = replace(found, is_contradicted=len(kept) < len(flights))
+    if densest is None:
+        return found
+    sure_m_s = found.sure_airspeed_m_s
+    if sure_m_s is not None:
+        # in any air
+        sure_m_s = rounded(sure_m_s * math.sqrt(min(densest / SEA_LEVEL_DENSITY_KG_M3, 1.0)), 3)
+    return replace(found, air_density_kg_m3=rounded(densest, 4), sure_airspeed_m_s=sure_m_s)
+
+
+def _is_one_way(record: FlightRecord) -> bool:
+    """Return whether the level flight of a record heads one way, in a wind that nothing tells."""
+    if np.isfinite(record.airspeed_m_s).any():
+        return False
+    way = record.velocity_north_m_s + 1j * record.velocity_east_m_s
+    ways = [complex(way[part].mean()) for part in level_parts(record)]
+    return bool(ways) and abs(np.mean([one / abs(one) for one in ways])) > _ONE_WAY
+
+
+def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
+    """Return whether a flight has less drag than others have slower, by the airspeed at least, and a trim."""
+    return any(
+        one.drag + _TRIM < other.drag * one.airspeed_m_s / other.airspeed_m_s
+        for one in flight
+        for others in flights
+        if others is not flight
+        for other in others
+        if other.airspeed_m_s < one.airspeed_m_s
+    )
+
+
+def _of_flights(
+    flights: Sequence[Sequence[_Lean]], base: VehicleModel | None, air_kg_m3: float | None
+) -> LeanFlight | None:
+    """Return what flights show whose airspeeds are those in air of one density; ``None``: what a base has."""
     steady = [one for flight in flights for one in flight]
     ahead = [one for one in steady if one.is_ahead]
     calm = [one for one in ahead if not one.error]
@@ -131,9 +206,11 @@ def identified_lean(
     if held is not None and held.limit_rad is not None:
         lean_rad = math.atan(held_drag(held.limit_rad, held.times_heavier))
         found = _limited(held, lean_rad, law, _HELD_ERROR)
-        return found if base is None or not _leans_more(base, found, exponent) else _of_base(base)
+        air = Aloft(air_density_kg_m3=air_kg_m3)
+        is_of_base = base is not None and _leans_more(base, air, found, exponent)
+        return None if is_of_base else found
     if base is not None and base.airspeed_limit_m_s is not None:
-        return _of_base(base)
+        return None
     limited = [one for one in steady if one.limit_rad is not None]
     fastest = max(limited, default=None)
     if fastest is None or fastest.limit_rad is None:
@@ -160,9 +237,10 @@ def _sure_m_s(flight: Sequence[_Lean], drag: float) -> float:
     return min(one.sure_airspeed_m_s(drag) for one in flight if one.airspeed_m_s >= near_m_s)
 
 
-def _leans_more(base: VehicleModel, found: LeanFlight, exponent: float) -> bool:
-    """Return whether a base model holds less airspeed at one lean than what flights show."""
-    if base.airspeed_limit_m_s is None or base.airspeed_limit_lean_deg is None:
+def _leans_more(base: VehicleModel, air: Aloft, found: LeanFlight, exponent: float) -> bool:
+    """Return whether a base model holds less airspeed at one lean, in one air, than what flights show."""
+    limit_m_s = base.airspeed_limit_at(None, air)
+    if limit_m_s is None or base.airspeed_limit_lean_deg is None:
         return False
     assert found.airspeed_limit_m_s is not None
     assert found.limit_lean_deg is not None
@@ -170,9 +248,7 @@ def _leans_more(base: VehicleModel, found: LeanFlight, exponent: float) -> bool:
         math.tan(math.radians(lean))
         for lean in (base.airspeed_limit_lean_deg, found.limit_lean_deg)
     )
-    return bool(
-        own / base.airspeed_limit_m_s**exponent > shown / found.airspeed_limit_m_s**exponent
-    )
+    return bool(own / limit_m_s**exponent > shown / found.airspeed_limit_m_s**exponent)
 
 
 def _of_base(base: VehicleModel) -> LeanFlight:
@@ -181,6 +257,7 @@ def _of_base(base: VehicleModel) -> LeanFlight:
         limit_lean_deg=base.airspeed_limit_lean_deg,
         drag_exponent=base.drag_exponent,
         limit_fraction=base.airspeed_limit_fraction,
+        air_density_kg_m3=base.airspeed_limit_air_density_kg_m3,
     )
 
 

@@ -93,7 +93,8 @@ def _shown_wind(record: FlightRecord) -> tuple[float, float, float] | None:
     if not parts:
         return None
     heights_m = np.array([np.nanmean(record.height_above_home_m[part]) for part in parts])
-    usual_m = float(np.median(heights_m))
+    # that of the leg which most are near; of as many the highest, where the wind is strongest
+    usual_m = max(heights_m.tolist(), key=lambda one: (_is_near(heights_m, one).sum(), one))
     wind_m_s = _shown_wind_m_s(record, list(compress(parts, _is_near(heights_m, usual_m))))
     return None if wind_m_s is None else (*wind_m_s, usual_m)
 

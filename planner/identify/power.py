@@ -10,6 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.errors import IdentificationError
 from planner.identify.power_laws import (
+    LEAST_AIRSPEEDS,
     LOWEST_HEIGHT_M,
     HoverFit,
     SteadyMap,
@@ -88,16 +89,23 @@ def identify_power(
     if not steady:
         why = refusals[0].refusal if refusals else "no flight is steady for 3 s"
         return PowerIdentification(outcomes=(StateOutcome.left_out("hover", why, refusals),))
+    hovers = [f for f in steady if cell_of(f) == (0, 0)]
+    # in a wind nothing is at rest: then two airspeeds have to do, for tables begin at a hover
+    least = LEAST_AIRSPEEDS if hovers else 2
     try:
-        return _by_momentum_theory(steady, tuple(refusals), mass_deviation_kg)
+        return _by_momentum_theory(steady, tuple(refusals), mass_deviation_kg, least=least)
     except IdentificationError as error:
-        return _by_tables(steady, tuple(refusals), str(error))
+        return _by_tables(steady, hovers, tuple(refusals), str(error))
 
 
 def _by_momentum_theory(
-    steady: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...], mass_deviation_kg: float
+    steady: Sequence[MeasuredPower],
+    refusals: tuple[SegmentUse, ...],
+    mass_deviation_kg: float,
+    *,
+    least: int,
 ) -> PowerIdentification:
-    fitted = fit_steady_map(steady, mass_deviation_kg=mass_deviation_kg)
+    fitted = fit_steady_map(steady, mass_deviation_kg=mass_deviation_kg, least=least)
     is_held = _held_out(steady)
     held = [f for f, h in zip(steady, is_held, strict=True) if h]
     tested = fitted
@@ -106,6 +114,7 @@ def _by_momentum_theory(
             tested = fit_steady_map(
                 [f for f, h in zip(steady, is_held, strict=True) if not h],
                 mass_deviation_kg=mass_deviation_kg,
+                least=least,
             )
         except IdentificationError:
             held = []
@@ -152,10 +161,12 @@ def _by_momentum_theory(
 
 
 def _by_tables(
-    steady: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...], why: str
+    steady: Sequence[MeasuredPower],
+    hovers: Sequence[MeasuredPower],
+    refusals: tuple[SegmentUse, ...],
+    why: str,
 ) -> PowerIdentification:
     """Hover law, table over airspeed and table over climb rate, each where the flights have it."""
-    hovers = [f for f in steady if cell_of(f) == (0, 0)]
     if not hovers:
         left_out = StateOutcome.left_out("hover", "no flight hovers", refusals)
         return PowerIdentification(outcomes=(left_out,))

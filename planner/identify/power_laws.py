@@ -319,7 +319,7 @@ _MODEL_FRACTION = 0.01
 """To which momentum theory describes a multirotor. [-]"""
 _FITTED = Rotor._fields[: len(_SPREADS)]
 """All but whether there is a vortex ring in descents: there is, or there is not."""
-_LEAST_CELLS = 3
+LEAST_AIRSPEEDS = 3
 """Of level flight, hover counted: fewer show nothing of the power over speed."""
 
 
@@ -352,23 +352,27 @@ def cell_of(flight: MeasuredPower) -> tuple[int, int]:
 
 
 def fit_steady_map(
-    flights: Sequence[MeasuredPower], *, mass_deviation_kg: float = 0.0
+    flights: Sequence[MeasuredPower],
+    *,
+    mass_deviation_kg: float = 0.0,
+    least: int = LEAST_AIRSPEEDS,
 ) -> SteadyMap:
     """Fit momentum theory to steady flights.
 
     Where the payload is not known, ``mass_deviation_kg`` is the standard deviation of the mass from
     flight to flight: each flight then has a mass of its own, fitted beside the law.
 
-    Raises IdentificationError if a mass or a density is not known, or there are too few airspeeds.
+    Raises IdentificationError if a mass or a density is not known, or there are fewer airspeeds than
+    the ``least``.
     """
     if any(f.mass_kg is None or f.air_density_kg_m3 is None for f in flights):
         msg = "momentum theory needs the mass and the air density of every steady flight"
         raise IdentificationError(msg)
     cells = [cell_of(f) for f in flights]
     level = {speed for speed, climb in cells if climb == 0}
-    if len(level) < _LEAST_CELLS:
+    if len(level) < least:
         msg = (
-            f"momentum theory needs level flight at {_LEAST_CELLS} airspeeds, hover counted, "
+            f"momentum theory needs level flight at {least} airspeeds, hover counted, "
             f"the flights have {len(level)}"
         )
         raise IdentificationError(msg)

@@ -204,10 +204,12 @@ def refine_vehicle(
     conditions = [known.of(record.source) for record in records]
     steady: list[MeasuredPower] = []
     times_heavier: list[float] = []
+    air_kg_m3: list[float] = []
     for record, own in zip(records, conditions, strict=True):
         density = record_air_density_kg_m3(record, home_temperature_c=own.temperature_c)
         mass_kg = (own.mass_kg or vehicle.mass_kg or 0.0) + (own.payload_kg or 0.0)
         times_heavier.append(mass_kg / vehicle.mass_kg if vehicle.mass_kg else 1.0)
+        air_kg_m3.append(float(np.nanmean(density)))
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
     if not steady:
         msg = (
@@ -221,11 +223,12 @@ def refine_vehicle(
     if vehicle.reference is not Autopilot.STEP:
         flown, differing = flown_parameters(records, vehicle.reference, times_heavier)
         parameters = kept_parameters(vehicle.reference, dict(vehicle.parameters), dict(flown))
-    lean = identified_lean(records, vehicle, times_heavier=times_heavier)
+    lean = identified_lean(records, vehicle, times_heavier=times_heavier, air_kg_m3=air_kg_m3)
     model = replace(
         vehicle,
         airspeed_limit_m_s=lean.airspeed_limit_m_s,
         airspeed_limit_lean_deg=lean.limit_lean_deg,
+        airspeed_limit_air_density_kg_m3=lean.limit_air_kg_m3,
         airspeed_limit_fraction=lean.limit_fraction,
         drag_exponent=lean.drag_exponent,
         cruise=power.law,
@@ -425,6 +428,9 @@ def shown_box(box: ValidFor, steady: Sequence[MeasuredPower], lean: LeanFlight) 
         "climb_rate_m_s": [one.climb_rate_m_s for one in steady],
     }
     sure = {} if lean.sure_airspeed_m_s is None else {"speed_m_s": lean.sure_airspeed_m_s}
+    if lean.shown_airspeed_m_s is not None:
+        most_m_s = lean.shown_airspeed_m_s
+        shown["speed_m_s"] = [min(one, most_m_s) for one in shown["speed_m_s"]]
     wider = {}
     for name, values in shown.items():
         own = getattr(box, name)

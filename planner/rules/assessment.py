@@ -93,7 +93,7 @@ class Assessment(Value, eq=False, dict=True):
     @property
     def shown_airspeed_m_s(self) -> float | None:
         """Highest airspeed the model shows the vehicle to hold at its lean limit; ``None``: none. [m s⁻¹]"""
-        return shown_airspeed_m_s(self.vehicle, self.own_parameters, self.setup.times_heavier)
+        return shown_airspeed_m_s(self.vehicle, self.own_parameters, self.setup.aloft)
 
     @property
     def certain_airspeed_m_s(self) -> float | None:
@@ -113,7 +113,7 @@ class Assessment(Value, eq=False, dict=True):
     @property
     def airspeed_limit_m_s(self) -> float | None:
         """Highest airspeed of the vehicle at its lean limit, with what it carries; ``None``: not known."""
-        return airspeed_limit_m_s(self.vehicle, self.own_parameters, self.setup.times_heavier)
+        return airspeed_limit_m_s(self.vehicle, self.own_parameters, self.setup.aloft)
 
     @property
     def holds_for_others(self) -> bool:

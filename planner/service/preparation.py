@@ -99,7 +99,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         return changed
 
     route = laid_out({})
-    setup = replace(setup, keeps_load=keeps_load(mission, route))
+    setup = _with_load_and_air(setup, mission, route)
     if route.held:
         from planner.flight.held_items import QueueFlights, route_with_queue
         from planner.flight.uncounted import late_segments_s
@@ -109,7 +109,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
             return with_own_returns(own, places)
 
-        shown_m_s = shown_airspeed_m_s(vehicle, own_parameters, setup.times_heavier)
+        shown_m_s = shown_airspeed_m_s(vehicle, own_parameters, setup.aloft)
         flights = QueueFlights(
             pilots=make_queue_pilots(setup, own_parameters, target),
             late_s=lambda motion: late_segments_s(motion, vehicle, setup.wind, shown_m_s),
@@ -133,6 +133,20 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         route=route,
         findings=tuple(found),
     )
+
+
+def _with_load_and_air(setup: Setup, mission: Mission, route: Route) -> Setup:
+    """Return a setup with what the lean at an airspeed goes by: what is carried, and the air at home.
+
+    No air of the flight is denser, but in a descent below home.
+    """
+    setup = replace(setup, keeps_load=keeps_load(mission, route))
+    if setup.vehicle.airspeed_limit_air_density_kg_m3 is None:
+        return setup
+    from planner.flight.prediction import steady_power
+
+    at_home = steady_power(route, setup).air_density_kg_m3(0.0)
+    return replace(setup, air_density_kg_m3=float(at_home))
 
 
 def _flown_as_stated(mission: Mission, setup: Setup) -> tuple[Setup, list[Finding]]:

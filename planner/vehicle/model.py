@@ -11,7 +11,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.physics.response import MAX_ORDER, StepResponse, TransferFunction
 from planner.units import GRAVITY_M_S2
-from planner.values import brief
+from planner.values import Value, brief
 from planner.vehicle.battery import Battery
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
@@ -459,6 +459,15 @@ _FAR_DRAG = 2.0
 """Times the drag at which an airspeed was held, up to which its exponent tells another. [-]"""
 
 
+class Aloft(Value):
+    """What flies, and in what air."""
+
+    times_heavier: float = 1.0
+    """Its mass over that of its model. [-]"""
+    air_density_kg_m3: float | None = None
+    """``None``: not known, as that of the model."""
+
+
 def held_drag(lean_rad: float, times_heavier: float) -> float:
     """Return the drag that a vehicle holds leaning in level flight, over the weight of its model. [-]
 
@@ -524,6 +533,15 @@ class VehicleModel(Part):
             "it is another",
             "°",
             Range(1.0, 80.0),
+        ),
+    ] = None
+    airspeed_limit_air_density_kg_m3: Annotated[
+        float | None,
+        Key(
+            "density of the air that airspeed was held in: in denser air the vehicle holds less, by the root "
+            "of the ratio",
+            "kg/m³",
+            Range(0.3, 1.6),
         ),
     ] = None
     airspeed_limit_fraction: Annotated[
@@ -616,21 +634,25 @@ class VehicleModel(Part):
         return None if self.speed is None else self.speed.default_m_s
 
     def airspeed_limit_at(
-        self, lean_rad: float | None, *, times_heavier: float = 1.0, is_certain: bool = False
+        self, lean_rad: float | None, aloft: Aloft, *, is_certain: bool = False
     ) -> float | None:
         """Return the highest airspeed at a greatest lean angle; as it was held, where that is not known.
 
-        ``times_heavier`` is the mass that flies over the model's.  Of the exponents that are possible,
-        1 to 2, the one that gives less airspeed counts where none is known, or it has to be certain.
+        In air of another density it is another by the root of that: the drag of a body goes by ρV², that of
+        rotors, which turn by 1/√ρ faster for one thrust, by √ρ V.  Of the exponents that are possible, 1 to
+        2, the one that gives less airspeed counts where none is known, or it has to be certain.
         """
-        held_deg = self.airspeed_limit_lean_deg
-        if self.airspeed_limit_m_s is None or held_deg is None or lean_rad is None:
-            return self.airspeed_limit_m_s
-        drag = held_drag(lean_rad, times_heavier) / math.tan(math.radians(held_deg))
+        held_deg, limit_m_s = self.airspeed_limit_lean_deg, self.airspeed_limit_m_s
+        held_kg_m3, flown_kg_m3 = self.airspeed_limit_air_density_kg_m3, aloft.air_density_kg_m3
+        if limit_m_s is not None and held_kg_m3 is not None and flown_kg_m3 is not None:
+            limit_m_s *= math.sqrt(held_kg_m3 / flown_kg_m3)
+        if limit_m_s is None or held_deg is None or lean_rad is None:
+            return limit_m_s
+        drag = held_drag(lean_rad, aloft.times_heavier) / math.tan(math.radians(held_deg))
         exponent = self.drag_exponent or (2.0 if drag > 1.0 else 1.0)
         if drag > (1.0 if is_certain else _FAR_DRAG):
             exponent = 2.0  # one found at less lean is not known there
-        return float(self.airspeed_limit_m_s * drag ** (1.0 / exponent))
+        return float(limit_m_s * drag ** (1.0 / exponent))
 
     @property
     def is_power_known(self) -> bool:

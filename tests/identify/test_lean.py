@@ -17,6 +17,7 @@ from planner.report.text import Medium
 from planner.values import replace
 from planner.vehicle.declared import Interval
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.model import Aloft
 
 if TYPE_CHECKING:
     from planner.identify.refinement import Refinement
@@ -99,7 +100,41 @@ def test_a_load_leans_less_against_the_same_drag() -> None:
         airspeed_limit_lean_deg=loaded.limit_lean_deg,
         drag_exponent=loaded.drag_exponent,
     )
-    assert model.airspeed_limit_at(math.radians(30.0)) == pytest.approx(10.21, rel=0.03)
+    assert model.airspeed_limit_at(math.radians(30.0), Aloft()) == pytest.approx(10.21, rel=0.03)
+
+
+def test_airspeeds_of_several_airs_are_those_in_the_densest() -> None:
+    # 10 m/s in 1.2 kg/m³ are 11.18 m/s in 0.96 kg/m³ at the same lean
+    thinner = math.sqrt(1.2 / 0.96)
+    dense = flight((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0))
+    thin = flight((6.0 * thinner, lean_deg(6.0), 7.0), (10.0 * thinner, 30.0, 14.0))
+    found = identified_lean([dense, thin], air_kg_m3=[1.2, 0.96])
+    assert found.airspeed_limit_m_s == pytest.approx(10.0)
+    assert found.limit_air_kg_m3 == 1.2
+    assert found.drag_exponent == pytest.approx(1.4, abs=0.005)
+    alone = identified_lean([thin], air_kg_m3=[0.96])
+    assert (alone.airspeed_limit_m_s, alone.limit_air_kg_m3) == (pytest.approx(11.18), 0.96)
+    # without a limit what is sure is so in any air, down to the sea's
+    slow = flight((4.0, lean_deg(4.0), 4.0))
+    sure_m_s = 4.0 * math.sqrt(2.5**1.4) * math.sqrt(0.96 / 1.225)
+    low = identified_lean([slow], air_kg_m3=[0.96])
+    assert low.sure_airspeed_m_s == pytest.approx(sure_m_s, abs=0.01)
+    assert low.limit_air_kg_m3 is None
+
+
+def test_a_limit_of_a_base_model_is_compared_in_one_air() -> None:
+    # 11.1 m/s in 0.96 kg/m³ are 9.93 m/s in 1.2: more drag than what the flight was held to
+    base = replace(
+        load_vehicle("arducopter-sitl-quad"),
+        airspeed_limit_m_s=11.1,
+        airspeed_limit_lean_deg=30.0,
+        airspeed_limit_air_density_kg_m3=0.96,
+    )
+    held = flight((5.0, lean_deg(5.0), 5.0), (10.0, 30.0, 12.0))
+    kept = identified_lean([held], base, air_kg_m3=[1.2])
+    assert (kept.airspeed_limit_m_s, kept.limit_air_kg_m3) == (11.1, 0.96)
+    found = identified_lean([held], replace(base, airspeed_limit_m_s=11.3), air_kg_m3=[1.2])
+    assert (found.airspeed_limit_m_s, found.limit_air_kg_m3) == (10.0, 1.2)
 
 
 def test_what_still_speeds_a_vehicle_up_is_no_drag() -> None:
@@ -155,6 +190,20 @@ def test_no_flight_makes_sure_what_another_does_not() -> None:
     sure_m_s = 4.0 * math.sqrt(2.5**1.4)
     for records in ([calm], [downwind, calm], [calm, downwind]):
         assert identified_lean(records).sure_airspeed_m_s == pytest.approx(sure_m_s, abs=0.01)
+
+
+@pytest.mark.parametrize("other", [(4.0, 8.7, 4.0), (8.0, 22.1, 8.0)])
+def test_a_way_with_the_wind_widens_no_airspeed(other: tuple[float, float, float]) -> None:
+    # ArduCopter's simulator: 500 m at 15 m/s over ground with 5.5 m/s of wind behind lean 27.5°
+    downwind, calm = flight((15.0, 27.5, 15.0)), flight(other)
+    found, alone = identified_lean([downwind, calm]), identified_lean([calm])
+    assert found.sure_airspeed_m_s == alone.sure_airspeed_m_s
+    assert found.shown_airspeed_m_s == alone.sure_airspeed_m_s
+    assert alone.shown_airspeed_m_s is None
+    # a limit that others show is not lost
+    held = flight((5.0, lean_deg(5.0), 5.0), (10.0, 30.0, 12.0))
+    assert identified_lean([downwind, held]).airspeed_limit_m_s == 10.0
+    assert identified_lean([downwind, held]).shown_airspeed_m_s == 10.0
 
 
 def test_what_leans_as_far_as_the_limit_is_at_it_whatever_speed_it_keeps() -> None:
@@ -230,8 +279,8 @@ def test_with_another_lean_angle_the_airspeed_is_another(
         airspeed_limit_lean_deg=30.0,
         drag_exponent=exponent,
     )
-    assert model.airspeed_limit_at(math.radians(lean)) == pytest.approx(expected)
-    assert replace(model, airspeed_limit_lean_deg=None).airspeed_limit_at(1.0) == 10.0
+    assert model.airspeed_limit_at(math.radians(lean), Aloft()) == pytest.approx(expected)
+    assert replace(model, airspeed_limit_lean_deg=None).airspeed_limit_at(1.0, Aloft()) == 10.0
 
 
 def refined(*flown: tuple[float, float, float]) -> Refinement:
@@ -255,7 +304,7 @@ def test_the_airspeeds_of_a_data_sheet_end_where_the_lean_is_not_sure_to_hold_th
     sure = 3.98 * math.sqrt(math.tan(math.radians(30.0)) / math.tan(math.radians(8.66)))
     shown = found.model.valid_for.speed_m_s
     assert shown is not None
-    assert shown.high == pytest.approx(sure, abs=0.01)
+    assert shown.high == pytest.approx(sure * math.sqrt(1.219 / 1.225), abs=0.01)
     assert found.model.airspeed_limit_m_s is None
 
 

@@ -147,6 +147,15 @@ def test_where_the_wind_comes_from_is_told() -> None:
     )
 
 
+def test_of_two_heights_with_as_many_legs_the_wind_is_that_of_the_higher() -> None:
+    # ArduCopter's simulator, 6 m/s at 60 m: two legs at 20 m and two at 50 m showed no wind between them
+    record = flight((5.0, 0.0), (-5.0, 0.0), (8.0, 0.0), (-8.0, 0.0), wind=(4.0, 0.0))
+    height_m = np.repeat([20.0, 20.0, 50.0, 50.0], SPAN)
+    found = with_leant_wind(replace(record, height_above_home_m=height_m))
+    assert np.isnan(found.wind_north_m_s[height_m < 30.0]).all()
+    assert found.wind_north_m_s[height_m > 30.0] == pytest.approx(4.0, abs=0.3)
+
+
 def test_the_wind_is_that_of_the_height_most_legs_are_flown_at() -> None:
     # four legs at 50 m in 4 m/s, one at 90 m: there nobody knows it, and calm is assumed
     record = flight(*SQUARE, (8.0, 0.0), wind=(4.0, 0.0))

@@ -17,6 +17,7 @@ from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.model import Aloft
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -53,10 +54,10 @@ def test_weight_leans_against_more_drag(
 ) -> None:
     model = replace(QUAD, airspeed_limit_m_s=10.0, drag_exponent=exponent)
     thirty = replace(ArduPilotParameters(), lean_angle_max_rad=math.radians(30.0))
-    found_m_s = airspeed_limit_m_s(model, thirty, times_heavier)
+    found_m_s = airspeed_limit_m_s(model, thirty, Aloft(times_heavier=times_heavier))
     assert found_m_s == pytest.approx(limit_m_s)
     # certain is what drag by the square leaves
-    sure_m_s = shown_airspeed_m_s(model, thirty, times_heavier)
+    sure_m_s = shown_airspeed_m_s(model, thirty, Aloft(times_heavier=times_heavier))
     assert sure_m_s == pytest.approx(min(limit_m_s, 10.0 * math.sqrt(max(times_heavier, 1.0))))
 
 
@@ -75,7 +76,7 @@ def test_weight_leans_against_more_drag(
     ],
 )
 def test_what_is_certain_to_be_carried_counts(more: dict[str, Any], times: float) -> None:
-    assert Setup(**({"vehicle": QUAD} | more)).times_heavier == pytest.approx(times)
+    assert Setup(**({"vehicle": QUAD} | more)).aloft.times_heavier == pytest.approx(times)
 
 
 def flown_s(*items: MissionItem, parameters: str = "") -> float:
@@ -112,6 +113,26 @@ def test_the_wind_a_load_holds_is_no_error() -> None:
         codes = [
             f.code for f in found(one, ARDUPILOT, vehicle=QUAD, wind=wind, payload_kg=payload_kg)
         ]
+        assert ("W101" in codes) == fires
+
+
+def test_in_denser_air_a_vehicle_holds_less_airspeed() -> None:
+    """ArduCopter's simulator leaning 30°: 11.32 m/s over 2500 m, 10.21 m/s over 400 m."""
+    held = replace(
+        QUAD, airspeed_limit_m_s=11.32, airspeed_limit_air_density_kg_m3=0.953, drag_exponent=None
+    )
+    lean_rad = math.radians(30.0)
+    found_m_s = held.airspeed_limit_at(lean_rad, Aloft(air_density_kg_m3=1.176))
+    assert found_m_s == pytest.approx(10.21, rel=0.003)
+    assert held.airspeed_limit_at(lean_rad, Aloft(air_density_kg_m3=0.953)) == 11.32
+    assert held.airspeed_limit_at(lean_rad, Aloft()) == 11.32
+    unknown = replace(held, airspeed_limit_air_density_kg_m3=None)
+    assert unknown.airspeed_limit_at(lean_rad, Aloft(air_density_kg_m3=1.176)) == 11.32
+    # home is 400 m above the sea
+    one = mission(takeoff(60), item(21, north(0), 0.0))
+    for model, wind_m_s, fires in ((held, 10.3, True), (held, 10.1, False), (unknown, 11.2, False)):
+        wind = Wind(speed_m_s=wind_m_s)
+        codes = [f.code for f in found(one, ARDUPILOT, vehicle=model, wind=wind)]
         assert ("W101" in codes) == fires
 
 

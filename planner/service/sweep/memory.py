@@ -87,7 +87,7 @@ class _Watched(Setup):
 
 
 _FIELDS = frozenset(field_names(Setup))
-_DECIDED = frozenset({"autopilot", "position_noise_m", "keeps_load"})
+_DECIDED = frozenset({"autopilot", "position_noise_m", "keeps_load", "air_density_kg_m3"})
 """Fields that the preparation decides where a setup leaves them open."""
 
 
