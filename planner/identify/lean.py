@@ -42,6 +42,10 @@ _WIND_ERROR = 0.15
 _TRIM = math.tan(math.radians(1.0))
 """Of the level thrust over that upwards, by which all attitudes of a flight may be off alike: an AHRS_TRIM,
 an autopilot or a centre of gravity that is not level; 2.5° in the air take two deviations. [-]"""
+_UNTOLD_WIND_M_S = 3.0
+"""Standard deviation of a wind along the way that nothing tells: of 4 m/s from anywhere. [m s⁻¹]"""
+_MOST_ERROR = 0.4
+"""The highest airspeed_limit_fraction of a model: nothing is certain then. [-]"""
 _HELD_ERROR = 0.01
 """Of an airspeed held at the greatest lean, relative: the noise of velocities over seconds. [-]"""
 _COMPARED = 0.5
@@ -107,6 +111,8 @@ class _Lean(NamedTuple):
     """Of the airspeed, by that of a wind that the lean itself tells, relative. [-]"""
     is_ahead: bool
     """Whether the nose points along the way, as on the legs of missions; trim and frame drag otherwise."""
+    is_one_way: bool = False
+    """Whether all of its flight heads one way, in a wind that nothing tells."""
 
     @property
     def is_at_limit(self) -> bool:
@@ -148,12 +154,7 @@ def identified_lean(
         ]
         for record, own, air in zip(records, times, thinner, strict=True)
     ]
-    one_way = [_is_one_way(record) for record in records]
-    kept = [
-        flight
-        for number, flight in enumerate(flights)
-        if not (one_way[number] and _is_contradicted(flight, flights))
-    ]
+    kept = [flight for flight in flights if not _is_contradicted(flight, flights)]
     found = _of_flights(kept, base, densest)
     if found is None:
         assert base is not None
@@ -178,10 +179,11 @@ def _is_one_way(record: FlightRecord) -> bool:
 
 
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
-    """Return whether a flight has less drag than others have slower, by the airspeed at least, and a trim."""
+    """Return whether a flight one way has less drag than others have slower, by the airspeed, and a trim."""
     return any(
         one.drag + _TRIM < other.drag * one.airspeed_m_s / other.airspeed_m_s
         for one in flight
+        if one.is_one_way
         for others in flights
         if others is not flight
         for other in others
@@ -318,11 +320,12 @@ class _DragLaw(NamedTuple):
 
 
 def _limited(flown: _Lean, lean_rad: float, law: _DragLaw | None, error: float) -> LeanFlight:
+    untold = _UNTOLD_WIND_M_S / flown.airspeed_m_s if flown.is_one_way else 0.0
     return LeanFlight(
         airspeed_limit_m_s=rounded(flown.airspeed_m_s, 4),
         limit_lean_deg=rounded(math.degrees(lean_rad), 4),
         drag_exponent=None if law is None else rounded(law.exponent, 3),
-        limit_fraction=rounded(math.hypot(error, flown.error), 2),
+        limit_fraction=min(rounded(math.hypot(error, flown.error, untold), 2), _MOST_ERROR),
     )
 
 
@@ -360,8 +363,9 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
         by_trim = float(np.mean([one.airspeed_m_s / one.drag for one in legs]))
         by_trim *= _TRIM * times_heavier / _USUAL_EXPONENT
         error_m_s = math.hypot(_WIND_ERROR * wind_m_s, by_trim)
+    is_one_way = _is_one_way(record)
     for one in legs:
-        yield one._replace(error=error_m_s / one.airspeed_m_s)
+        yield one._replace(error=error_m_s / one.airspeed_m_s, is_one_way=is_one_way)
 
 
 def _legs(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:

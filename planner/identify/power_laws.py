@@ -404,6 +404,9 @@ def fit_steady_map(
     deviations = np.sqrt(np.diagonal(covariance)).tolist()
     values = np.exp(found.x[:size_of_law]).tolist()
     numbers = {name: rounded(v) for name, v in zip(_FITTED, values, strict=True)}
+    if numbers["induced_factor"] + numbers["profile_factor"] < 1.0:
+        msg = "the powers of the flights contradict each other: hovering would be better than ideal"
+        raise IdentificationError(msg)
     law = MomentumLaw(**numbers, vortex_ring_factor=found.ring)
     return SteadyMap(
         law=law,

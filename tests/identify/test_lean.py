@@ -31,7 +31,7 @@ SPAN = 200
 
 
 def flight(*flown: tuple[float, float, float], limit_cdeg: float | None = 3000.0) -> FlightRecord:
-    """Return steady level flights: airspeed, lean in degrees, speed commanded."""
+    """Return steady level flights to and fro: airspeed, lean in degrees, speed commanded."""
     airspeed, lean, commanded = (
         np.concatenate([np.full(SPAN, one[k]) for one in flown]) for k in range(3)
     )
@@ -39,7 +39,7 @@ def flight(*flown: tuple[float, float, float], limit_cdeg: float | None = 3000.0
     record = make_record(
         is_landed=np.zeros(airspeed.size, np.bool_),
         ground_speed_m_s=airspeed,
-        velocity_north_m_s=airspeed,
+        velocity_north_m_s=airspeed * np.repeat((-1.0) ** np.arange(len(flown)), SPAN),
         velocity_east_m_s=zero,
         climb_m_s=zero,
         height_above_home_m=zero + 50.0,
@@ -77,8 +77,8 @@ def test_the_limit_is_that_of_legs_flown_nose_first() -> None:
     # tail first; held to 10.21 m/s at 30°
     legs = [(3.98, 8.7, 4.0), (6.99, 18.6, 7.0), (8.98, 25.6, 9.0), (10.02, 26.5, 10.0)]
     record = flight(*legs)
-    yaw_deg = np.zeros(record.time_s.size)
-    yaw_deg[-SPAN:] = 180.0
+    yaw_deg = np.where(record.velocity_north_m_s < 0.0, 180.0, 0.0)
+    yaw_deg[-SPAN:] -= 180.0
     found = identified_lean([replace(record, yaw_deg=yaw_deg)])
     assert found.airspeed_limit_m_s == pytest.approx(10.02)
     assert found.limit_lean_deg == pytest.approx(29.3, abs=0.2)
@@ -204,6 +204,19 @@ def test_a_way_with_the_wind_widens_no_airspeed(other: tuple[float, float, float
     held = flight((5.0, lean_deg(5.0), 5.0), (10.0, 30.0, 12.0))
     assert identified_lean([downwind, held]).airspeed_limit_m_s == 10.0
     assert identified_lean([downwind, held]).shown_airspeed_m_s == 10.0
+
+
+def test_a_limit_held_one_way_in_an_unknown_wind_is_not_certain() -> None:
+    # ArduCopter's simulator: 20° at 9.6 m/s over ground, 2.2 m/s of wind behind: 7.37 m/s through the air
+    one_way = flight((9.6, 20.0, 10.0), limit_cdeg=2000.0)
+    alone = identified_lean([one_way])
+    assert (alone.airspeed_limit_m_s, alone.limit_lean_deg) == (9.6, 20.0)
+    assert alone.limit_fraction == pytest.approx(3.0 / 9.6, abs=0.005)
+    # flights to and fro, 8 m/s at 22.2°, contradict it: theirs counts, as if it were not there
+    legs = ((5.0, lean_deg(5.0, 10.21), 5.0), (8.0, 22.2, 8.0), (9.98, 29.0, 10.0))
+    both, calm = identified_lean([flight(*legs), one_way]), identified_lean([flight(*legs)])
+    assert both.airspeed_limit_m_s == calm.airspeed_limit_m_s == pytest.approx(9.98)
+    assert both.limit_lean_deg == calm.limit_lean_deg
 
 
 def test_what_leans_as_far_as_the_limit_is_at_it_whatever_speed_it_keeps() -> None:

@@ -128,6 +128,27 @@ def test_hovers_in_number_do_not_drown_one_cruise() -> None:
     assert abs(error) < 0.01 * fast.power_w
 
 
+def test_flights_that_nowhere_hover_have_a_power_by_theory() -> None:
+    # a survey at one speed in the wind: an airspeed upwind and one downwind, and climbs and holds in it
+    windy = [f for f in flights(noise_w=1.0) if f.airspeed_m_s in {3.0, 9.0}]
+    law = identify_power(windy).cruise
+    assert isinstance(law, MomentumLaw)
+    rotor = Rotor(**field_values(law))
+    for airspeed, within in ((3.0, 0.01), (9.0, 0.01), (0.0, 0.08)):
+        own, true = (
+            momentum_power_w(airspeed, 0.0, one, mass_kg=2.5, air_density_kg_m3=1.18)
+            for one in (rotor, LAW)
+        )
+        assert own == pytest.approx(true, rel=within)
+    one_speed = [f for f in windy if f.airspeed_m_s == 9.0]
+    assert not identify_power(one_speed).is_known
+
+
+def test_flights_that_hover_better_than_ideal_make_no_law() -> None:
+    with pytest.raises(IdentificationError, match="better than ideal"):
+        fit_steady_map([replace(f, power_w=0.4 * f.power_w) for f in flights()])
+
+
 def test_a_vortex_ring_is_found_where_descents_show_it() -> None:
     with_ring = flights(noise_w=1.0, law=LAW._replace(vortex_ring_factor=1.0))
     assert fit_steady_map(with_ring).law.vortex_ring_factor == 1.0
