@@ -175,7 +175,7 @@ def _is_one_way(record: FlightRecord) -> bool:
         return False
     way = record.velocity_north_m_s + 1j * record.velocity_east_m_s
     ways = [complex(way[part].mean()) for part in level_parts(record)]
-    return bool(ways) and abs(np.mean([one / abs(one) for one in ways])) > _ONE_WAY
+    return bool(ways) and float(abs(np.mean([one / abs(one) for one in ways]))) > _ONE_WAY
 
 
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
