@@ -311,6 +311,8 @@ class _Solver:
             [self._model.new_bool_var(f"{one.name} by {o.vehicle}") for o in one.options]
             for one in tasks
         ]
+        self._any: dict[tuple[int, frozenset[int]], IntVar] = {}
+        """Whether a task is flown in one of some ways, as far as that is asked."""
         self._takes: dict[tuple[int, str], IntVar] = {}
         self._on: dict[int, IntVar] = {}
         """When the pack of a task is put on a charger, by task."""
@@ -614,16 +616,36 @@ class _Solver:
             model.add(full == self._horizon).only_enforce_if(when)
 
     def _keep_apart(self, conflicts: Conflicts) -> None:
-        """Keep two sorties from starting where they would come too near to each other."""
+        """Keep two sorties from starting where they would come too near to each other.
+
+        Where any of some ways of one task has the same with any of some of another, it is said once.
+        """
+        alike: dict[tuple[Any, ...], dict[int, set[int]]] = defaultdict(dict)
         for ((i, a), (j, b)), closed in conflicts.items():
-            both = (self._flies[i][a], self._flies[j][b])
+            alike[i, j, tuple(closed)].setdefault(a, set()).add(b)
+        for (i, j, closed), others in alike.items():
+            ways: dict[frozenset[int], list[int]] = defaultdict(list)
+            for a, with_b in others.items():
+                ways[frozenset(with_b)].append(a)
             free = self._free(closed)
-            if free is None:
-                self._model.add_bool_or([both[0].negated(), both[1].negated()])
-            else:
-                self._model.add_linear_expression_in_domain(
-                    self._start[j] - self._start[i], free
-                ).only_enforce_if(both)
+            for others_b, own in ways.items():
+                both = (self._flies_one(i, frozenset(own)), self._flies_one(j, others_b))
+                if free is None:
+                    self._model.add_bool_or([both[0].negated(), both[1].negated()])
+                else:
+                    self._model.add_linear_expression_in_domain(
+                        self._start[j] - self._start[i], free
+                    ).only_enforce_if(both)
+
+    def _flies_one(self, task: int, options: frozenset[int]) -> IntVar:
+        """Return whether a task is flown in one of some ways."""
+        if len(options) == 1:
+            return self._flies[task][min(options)]
+        at = task, options
+        if at not in self._any:
+            self._any[at] = any_of = self._model.new_bool_var(f"{task} in one of {len(options)}")
+            self._model.add(sum(self._flies[task][one] for one in options) == any_of)
+        return self._any[at]
 
     def _one_by_one(self, conflicts: Conflicts) -> None:
         """Say of flights that all keep starts from each other that these follow one another.

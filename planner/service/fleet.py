@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.fleet.charging import Charge
-    from planner.fleet.fleet import Charger, Pack, Sortie
+    from planner.fleet.fleet import Charger, FleetVehicle, Pack, Sortie
     from planner.flight.budget import BatteryBudget
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
@@ -339,6 +339,14 @@ def initial_charge(pack: Pack) -> float:
     return charge
 
 
+def _is_alike(one: FleetVehicle, other: FleetVehicle) -> bool:
+    """Return whether two vehicles fly everything alike."""
+    return all(
+        getattr(one, name) == getattr(other, name)
+        for name in ("setup", "pad", "above_m", "below_m")
+    )
+
+
 class SortieChecks:
     """The checks of sorties: missions are read once, and what is flown alike is checked once.
 
@@ -355,11 +363,14 @@ class SortieChecks:
         self._missions: dict[str, Mission | MissionFileError] = {}
         self._given = {} if missions is None else missions
         self._checked: dict[tuple[object, ...], CheckResult | UnreadableMission] = {}
+        self._firsts: dict[str, FleetVehicle] = {}
+        """Vehicles of which each flies otherwise than those before."""
 
     def of(self, fleet: Fleet) -> SortieChecks:
         """Return the checks of a fleet with other packs or vehicles, sharing what is alike."""
         other = SortieChecks(fleet, self._given)
         other._missions, other._checked = self._missions, self._checked
+        other._firsts = self._firsts
         return other
 
     def flown(self, sortie: Sortie, charge: float | None) -> FlownSortie:
@@ -370,7 +381,7 @@ class SortieChecks:
         key = (
             path,
             None if pad is None else pad.name,
-            sortie.vehicle,
+            self._alike(sortie.vehicle),
             fleet.vehicles[sortie.vehicle].setup.battery_health,
             None if pack is None else pack.group,
             None if pack is None else pack.settings.get("battery_health"),
@@ -392,6 +403,13 @@ class SortieChecks:
                 late_wh=_late_wh(result),
             ),
         )
+
+    def _alike(self, name: str) -> str:
+        """Return the first vehicle that only its name and its duties tell from another."""
+        own = self._fleet.vehicles[name]
+        found = next((first for first, one in self._firsts.items() if _is_alike(one, own)), name)
+        self._firsts.setdefault(found, own)
+        return found
 
     def setup(self, sortie: Sortie, charge: float | None) -> Setup:
         """Return how a sortie is flown, on a pack that is so full."""

@@ -435,7 +435,7 @@ class _Planning:
         if below is not None and below.amount(minimize) <= free.amount(minimize) + _SAME:
             return below, candidate
         layered = self._layered(candidate)
-        above = self._apart(layered, minimize, means, vehicles)
+        above = self._apart(layered, minimize, means, vehicles, or_else=below)
         found = [(one, of) for one, of in ((below, candidate), (above, layered)) if one is not None]
         return min(found, key=lambda one: _rank(one[0], minimize), default=None)
 
@@ -448,17 +448,24 @@ class _Planning:
         return layered
 
     def _apart(
-        self, candidate: Candidate, minimize: Objective, means: Means, vehicles: int | None
+        self,
+        candidate: Candidate,
+        minimize: Objective,
+        means: Means,
+        vehicles: int | None,
+        *,
+        or_else: Schedule | None = None,
     ) -> Schedule | None:
         """Return the best schedule of a candidate in which no two come too near to each other.
 
         What they must not have is looked for where a schedule without it has it: what is best without
-        more of it is best.
+        more of it is best.  With something else to fly the search may be cut short: ``None`` then, too.
         """
-        while True:
+        while or_else is None or not self._patience.cut_short:
             schedule = self._schedule(candidate, candidate.conflicts, minimize, means, vehicles)
             if schedule is None or not self._too_near(candidate, schedule):
                 return schedule
+        return None
 
     def _schedule(
         self,
@@ -561,10 +568,10 @@ class _Planning:
         separation = self._fleet.separation
         if separation is None or not one.time_s > 0.0 < two.time_s:
             return []
-        key = tuple(
-            (each.sortie.name, each.sortie.vehicle, each.sortie.pack, each.sortie.mission)
-            for each in (one, two)
-        )
+        key = (
+            id(one.result),
+            id(two.result),
+        )  # kept by the checks: vehicles that are alike have one
         if key not in self._meetings:
             self._meetings[key] = Meetings(self._fleet, separation, (one, two), self._encounters)
         return self._meetings[key].about(later_s, with_returns=with_returns)

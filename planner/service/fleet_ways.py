@@ -6,6 +6,7 @@ What a way takes is the check of it: only those that are a go are ways.
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import SplitError
@@ -61,6 +62,8 @@ class Candidate(Value, eq=False):
     """Tasks that come too near to another in flight."""
     lifts: Mapping[tuple[int, int], Mapping[float, int]] = field(default_factory=dict)
     """Of each task and option that has layers: itself and the same flight higher, by how far lifted."""
+    alike: Mapping[tuple[int, int], tuple[int, ...]] = field(default_factory=dict)
+    """Of each task and option those that are the same flight by alike vehicles, itself among them."""
 
     def least(self, objective: Objective, vehicles: int) -> float:
         """Return what no schedule on so many vehicles has less of; infinite: there is none."""
@@ -91,14 +94,36 @@ class Candidate(Value, eq=False):
             by_m = sorted(ladders[0].keys() & ladders[1].keys())
             pairs = [((at[0][0], ladders[0][one]), (at[1][0], ladders[1][one])) for one in by_m]
         for pair in pairs:
-            self.conflicts[pair] = _joined([*closed, *self.conflicts.get(pair, ())])
+            own = _joined([*closed, *self.conflicts.get(pair, ())])
+            self.conflicts.update(dict.fromkeys(self._alike(pair, own), own))
+
+    def _alike(self, pair: _Pair, closed: Sequence[tuple[float, float]]) -> Iterator[_Pair]:
+        """Yield the pairs of flights that are the same as two but for which of alike vehicles fly them.
+
+        By one vehicle they are in the air one after the other, whatever keeps others apart.
+        """
+        (i, a), (j, b) = pair
+        own = [self.alike.get(one, (one[1],)) for one in pair]
+        if max(map(len, own)) == 1:
+            yield pair
+            return
+        lasts_s = [self.tasks[task].options[option].duration_s for task, option in pair]
+        is_in_turn = all(-lasts_s[1] <= low and high <= lasts_s[0] for low, high in closed)
+        for one, two in product(*own):
+            by = self.tasks[i].options[one].vehicle, self.tasks[j].options[two].vehicle
+            if (one, two) == (a, b) or is_in_turn or by[0] != by[1]:
+                yield (i, one), (j, two)
 
     def learn(self, other: Candidate) -> None:
         """Take over what is known of the flights that another candidate of the same parts has too."""
+        if other is self:
+            return
         self.met.update(other.met)
         for at, closed in other.conflicts.items():
             if all(option < len(self.flights[task]) for task, option in at):
-                self.close(at, closed)
+                own = self.conflicts.get(at, ())
+                if not all(any(a <= low and high <= b for a, b in own) for low, high in closed):
+                    self.close(at, closed)
 
 
 class Ways:
@@ -266,7 +291,18 @@ class Ways:
         )
         closed = pad_shifts(self._fleet, flights) | carry_shifts(self._fleet, flights)
         return Candidate(
-            parts=parts, flights=flights, tasks=tasks, conflicts=closed, lifts=lifts or {}
+            parts=parts,
+            flights=flights,
+            tasks=tasks,
+            conflicts=closed,
+            lifts=lifts or {},
+            alike={
+                (task, option): tuple(
+                    n for n, other in enumerate(ways) if other.result is way.result
+                )
+                for task, ways in enumerate(flights)
+                for option, way in enumerate(ways)
+            },
         )
 
     def lifted(self, candidate: Candidate) -> Candidate:

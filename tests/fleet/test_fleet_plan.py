@@ -14,13 +14,14 @@ from made_missions import item, mission, north, rtl
 import planner
 from planner.cli.fleet import interrupting
 from planner.errors import FleetPlanError, UsageError
+from planner.fleet.fleet import Sortie
 from planner.fleet.reader import read_fleet
-from planner.fleet.schedule import Objective, Patience
+from planner.fleet.schedule import Objective, Option, Patience, Task
 from planner.mission.files import write_mission
 from planner.mission.formats.plan import read_plan_text
 from planner.report.fleet import plan_text
 from planner.report.text import Medium
-from planner.service.fleet import check_fleet
+from planner.service.fleet import SortieChecks, check_fleet
 from planner.service.fleet_plan import PLAN_FILE, FleetPlan, plan_fleet, write_plan
 from planner.service.fleet_ways import Candidate
 from planner.values import replace
@@ -233,6 +234,52 @@ def test_what_is_found_of_two_flights_holds_for_both_lifted_as_far_or_farther() 
     assert made.conflicts[low] == ((-1.0, 2.0),)
     assert made.conflicts[high] == ((-1.0, 2.0), (2.0, 4.0))
     assert made.conflicts[(0, 0), (1, 1)] == ((-5.0, 5.0),)
+
+
+@pytest.mark.parametrize(("lasts_s", "by_one"), [(2.0, True), (1.9, False)])
+def test_what_is_found_of_two_flights_holds_by_alike_vehicles(
+    lasts_s: float, *, by_one: bool
+) -> None:
+    """By one vehicle they follow each other: an interval within their times asks no more of it."""
+    tasks = tuple(
+        Task(
+            name=name,
+            options=tuple(
+                Option(vehicle=one, duration_s=lasts_s, energy_wh=1.0) for one in ("a", "b")
+            ),
+        )
+        for name in ("one", "two")
+    )
+    alike = {(task, option): (0, 1) for task in (0, 1) for option in (0, 1)}
+    made = Candidate(parts=(), flights=(), tasks=tasks, conflicts={}, alike=alike)
+    made.close(((0, 0), (1, 1)), [(-1.0, 2.0)])
+    others = {((0, 0), (1, 1)), ((0, 1), (1, 0))}
+    same = {((0, 0), (1, 0)), ((0, 1), (1, 1))}
+    assert made.conflicts == dict.fromkeys(others | same if by_one else others, ((-1.0, 2.0),))
+
+
+def test_alike_vehicles_share_their_checks(tmp_path: Path) -> None:
+    write_mission(OUT, tmp_path / "out.plan")
+    text = 'schema = 1\n[job.out]\nmission = "out.plan"\n' + SEPARATION
+    for name, more in (("a", ""), ("b", ""), ("laden", "payload_kg = 0.1\n")):
+        text += f'[vehicle.{name}]\nmodel = "arducopter-sitl-quad"\n{more}'
+    (tmp_path / "fleet.toml").write_text(text, encoding="utf-8")
+    fleet = read_fleet(tmp_path / "fleet.toml")
+    checks = SortieChecks(fleet)
+    one, alike, laden = (
+        checks.flown(Sortie(name=name, job="out", vehicle=name, start_s=0.0), None).result
+        for name in fleet.vehicles
+    )
+    assert one is alike
+    assert laden is not one
+
+
+def test_of_a_search_that_is_cut_short_the_wait_on_the_ground_is_flown(tmp_path: Path) -> None:
+    """Layers are looked for only while there is time: what keeps apart on the ground is known already."""
+    made = planned(tmp_path, FACING + LAYERS, jobs=ALONG, patience=Patience(0.0))
+    assert made.result.verdict == "go"
+    assert not made.missions
+    assert made.cut_short
 
 
 def test_a_wait_on_the_ground_comes_before_a_layer_where_it_takes_no_longer(tmp_path: Path) -> None:
