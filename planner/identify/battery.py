@@ -127,6 +127,12 @@ _SAME_CHARGE = 0.01
 """States of charge that are one point of a curve. [-]"""
 _NOT_FULL = 0.98
 """Voltage at the start, over the highest of all flights, below which a battery was not full. [-]"""
+_FULL_CELL_V = (4.0, 4.4)
+"""What a cell has at the start of a flight that began full: 4.05 V of PX4's, 4.35 V of high voltage. [V]"""
+_LEAST_CELL_V = 3.55
+"""Below it a cell has a tenth of its charge, with which nobody begins a flight. [V]"""
+_CELL_COUNTS = (*range(1, 9), 10, 12, 14)
+"""Cells in series of batteries that multicopters fly."""
 _ROUNDING_AH = 5e-4
 """A capacity is a whole number of mAh."""
 _THINNED_S = 0.5
@@ -164,6 +170,59 @@ CAPACITY_OF_FIRMWARE = Rule(
     "flights are given.",
     fix="give --capacity with the charge on the battery's label",
 )
+
+
+NOT_FULL_AT_START = Rule(
+    "I113 not-full-at-start",
+    Severity.WARNING,
+    summary="No flight began with a full battery.",
+    why="A charge is read off the voltage at rest by the curve of the flights.  Where the highest voltage "
+    "they began with counts as full, half a battery is planned as a whole one.",
+    how="The highest voltage at the start of a flight, over the number of cells (--cells, BAT1_N_CELLS, "
+    "else 1 to 8, 10, 12 or 14), is not from 4.0 to 4.4 V, and no level is given: the charge there is taken "
+    "to be that of a resting cell, of the kind of cell with the lower one where none is given.",
+    fix="log a flight from a full battery, or give the levels before and after the flights in a table",
+)
+
+
+class ChargeAtStart(Value):
+    """The charge of a battery at the highest voltage that flights began with."""
+
+    charge: float
+    """[-]"""
+    cells: int
+    cell_v: float
+
+    @classmethod
+    def of(cls, highest_v: float, cells: int | None, kind: str | None) -> ChargeAtStart | None:
+        """Return a charge that is not full; ``None``: it is, or may be."""
+        from planner.vehicle.reader import load_chemistry
+
+        counts = _CELL_COUNTS if cells is None else (cells,)
+        low_v, high_v = _FULL_CELL_V
+        if any(low_v <= highest_v / count <= high_v for count in counts):
+            return None
+        begun = [count for count in counts if _LEAST_CELL_V <= highest_v / count < low_v]
+        if not begun:
+            return None
+        cell_v = highest_v / begun[0]
+        kinds = (ASSUMED_CHEMISTRY, LITHIUM_ION) if kind is None else (kind,)
+        curves = map(load_chemistry, kinds)
+        charge = min(float(np.interp(cell_v, one.cell_ocv_v, one.ocv_soc)) for one in curves)
+        return cls(charge=charge, cells=begun[0], cell_v=cell_v)
+
+    @property
+    def finding(self) -> Finding:
+        """That no flight began full, and what is assumed."""
+        return NOT_FULL_AT_START.finding(
+            f"no flight began with a full battery: {quantity.decimals(self.cell_v, 2)} V a cell of "
+            f"{self.cells} are taken for {quantity.percent(self.charge)} of the charge"
+        )
+
+
+def _start_reading(charge: float) -> str:
+    began = "a full battery" if charge == 1.0 else f"{charge:.0%} of the charge"
+    return f"Every flight that began within 2 % of the highest voltage began with {began}."
 
 
 def _of_firmware(records: Sequence[FlightRecord]) -> tuple[Finding, ...]:
@@ -270,7 +329,9 @@ def identify_battery(
     thin = [
         slice(None, None, max(1, round(_THINNED_S / (r.time_s[1] - r.time_s[0])))) for r, *_ in used
     ]
-    before_ah = [0.0 if lv is None else (1.0 - lv[0]) * capacity_ah for _, lv, _ in used]
+    start = ChargeAtStart.of(_highest_v(records), cells, settings.chemistry)
+    begun = 1.0 if start is None else start.charge
+    before_ah = [(1.0 - (begun if lv is None else lv[0])) * capacity_ah for _, lv, _ in used]
     columns = [
         np.stack([r.voltage_v, r.current_a, charge_used_ah(r) + before])[:, t]
         for (r, *_), t, before in zip(used, thin, before_ah, strict=True)
@@ -284,7 +345,6 @@ def identify_battery(
         return _nothing(str(error), segments)
     of_voltage: dict[str, Any]
     capacity = [] if measured is None else [_capacity_reading(measured, new_ah, len(noted))]
-    full = "Every flight that began within 2 % of the highest voltage began with a full battery."
     if settings.chemistry is not None and cells is not None:
         # V = k E(s) - R I with the curve E of the kind of cell, by linear least squares
         cell = load_chemistry(settings.chemistry)
@@ -313,7 +373,7 @@ def identify_battery(
                 f"The open-circuit curve has the shape of {settings.chemistry} cells, scaled to the "
                 f"flights, which used the charge down to {low:.0%}; below that only the shape is known."
             ),
-            full,
+            _start_reading(begun),
             "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
         )
     else:
@@ -330,7 +390,7 @@ def identify_battery(
                 f"The open-circuit voltage is known down to {low:.0%} of the charge only; below that it is "
                 f"taken to fall as that of {kind} cells: name the kind of cell and the number of them."
             ),
-            full,
+            _start_reading(begun),
             "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
         )
     not_shown = () if resistance_ohm > estimates[0].error else ("internal_resistance_ohm",)
@@ -353,7 +413,10 @@ def identify_battery(
         ),
         fit=fit,
         readings=(*capacity, *readings),
-        findings=_of_firmware(records) if settings.capacity_ah is None and measured is None else (),
+        findings=(
+            *(_of_firmware(records) if settings.capacity_ah is None and measured is None else ()),
+            *(() if start is None or None not in [lv for _, lv, _ in used] else (start.finding,)),
+        ),
     )
 
 
@@ -405,7 +468,7 @@ def _discharges(
     records: Sequence[FlightRecord], levels: Sequence[tuple[float, float] | None]
 ) -> tuple[SegmentUse, ...]:
     first_v = [_first_known(r.voltage_v) for r in records]
-    highest = max((v for v in first_v if v is not None), default=0.0)
+    highest = _highest_v(records)
     rows = []
     for record, volts, level in zip(records, first_v, levels, strict=True):
         refusal = ""
@@ -417,6 +480,12 @@ def _discharges(
             refusal = f"began with less than {_NOT_FULL:.0%} of the highest voltage: not full"
         rows.append(SegmentUse.within(record, what="discharge", refusal=refusal))
     return tuple(rows)
+
+
+def _highest_v(records: Sequence[FlightRecord]) -> float:
+    """Return the highest voltage that a flight began with. [V]"""
+    first_v = (_first_known(r.voltage_v) for r in records)
+    return max((v for v in first_v if v is not None), default=0.0)
 
 
 def _first_known(column: FloatArray) -> float | None:

@@ -9,7 +9,13 @@ import pytest
 from made_record import make_record
 
 from planner.errors import IdentificationError
-from planner.identify.battery import PackSettings, charge_used_ah, fit_battery, identify_battery
+from planner.identify.battery import (
+    ChargeAtStart,
+    PackSettings,
+    charge_used_ah,
+    fit_battery,
+    identify_battery,
+)
 from planner.identify.segments import FitStatus
 from planner.values import replace
 from planner.vehicle.reader import load_chemistry
@@ -69,6 +75,7 @@ def test_little_charge_gives_no_curve() -> None:
         fit_battery(voltage, current, charge, capacity_ah=FULL_AH)
 
 
+SHAPE = load_chemistry("lipo").ocv_soc, load_chemistry("lipo").cell_ocv_v
 CELLS, CAPACITY_AH, RESISTANCE_OHM = 4, 2.0, 0.05
 
 
@@ -132,6 +139,53 @@ def test_a_flight_that_did_not_begin_full_is_refused() -> None:
     found = identify_battery([discharge(1), discharge(2, full=0.6)], PackSettings())
     assert [s.refusal for s in found.outcome.segments][1].endswith("not full")
     assert found.outcome.used == 1
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        PackSettings(),
+        PackSettings(cells_in_series=CELLS),
+        PackSettings(cells_in_series=CELLS, chemistry="lipo"),
+    ],
+)
+def test_a_log_that_begins_with_half_a_battery_is_no_full_one(settings: PackSettings) -> None:
+    half = discharge(1, full=0.7)
+    rest_v = CELLS * float(np.interp(0.7, *SHAPE))
+    voltage = half.voltage_v.copy()
+    voltage[0] = rest_v  # at arming, without load: 3.89 V a cell
+    found = identify_battery([replace(half, voltage_v=voltage)], settings)
+    assert found.battery is not None
+    assert [one.code for one in found.findings] == ["I113"]
+    for charge in (0.4, 0.7, 1.0):
+        open_v = CELLS * float(np.interp(charge, *SHAPE))
+        read = np.interp(open_v, found.battery.ocv_v, found.battery.ocv_soc)
+        assert read == pytest.approx(charge, abs=0.06)
+    full = identify_battery([discharge(1)], settings)
+    assert full.findings == ()
+
+
+@pytest.mark.parametrize(
+    ("volts", "cells", "charge"),
+    [
+        (11.52, None, 0.648),  # ArduPilot's simulator at 61 %: 3.84 V of three cells
+        (23.4, 6, 0.716),  # 3.90 V
+        (12.6, None, None),
+        (16.2, None, None),  # as PX4 simulates its full battery
+        (17.4, None, None),  # 4.35 V
+        (25.2, 6, None),
+        (24.0, 6, None),
+        (23.9, 6, 0.803),
+        (13.0, 4, None),  # 3.25 V: of another kind of cell, or a wrong number of them
+    ],
+)
+def test_a_full_battery_is_told_by_the_voltage_of_its_cells(
+    volts: float, cells: int | None, charge: float | None
+) -> None:
+    found = ChargeAtStart.of(volts, cells, "lipo")
+    assert (None if found is None else found.charge) == (
+        None if charge is None else pytest.approx(charge, abs=2e-3)
+    )
 
 
 @pytest.mark.parametrize(
