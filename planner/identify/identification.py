@@ -50,7 +50,7 @@ from planner.vehicle.power import AltitudeLaw, hover_power_w
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.identify.assembly import Identification, IdentificationSettings
     from planner.identify.manoeuvres import ManoeuvreCut
     from planner.identify.responses import ResponseIdentification
@@ -342,13 +342,31 @@ def _span_refusals(record: FlightRecord, spans: Sequence[SteadySpan]) -> list[Se
     ]
 
 
+_SPOOLS_S = 2.0
+"""Before a lift-off and behind a touch-down: MOT_SPOOL_TIME and the ramp to the thrust of a hover. [s]"""
+_IDLE_S = 1.0
+
+
+def _is_idle(record: FlightRecord) -> BoolArray:
+    """Return where a vehicle stands on the ground, away from its flights. (n,)"""
+    near = round(_SPOOLS_S / record.step_s)
+    flies = np.convolve(~record.is_landed, np.ones(2 * near + 1))[near : near + record.time_s.size]
+    return np.asarray(flies < 0.5)
+
+
 def _loads(records: Sequence[FlightRecord]) -> Loads | None:
-    """Return the power on the ground, armed, by the mean of all flights."""
-    ground = [r.power_w[r.is_landed & np.isfinite(r.power_w)] for r in records]
-    samples = np.concatenate(ground)
+    """Return the power on the ground, armed, by the mean of all flights.
+
+    Next to a flight the motors spool up or down: where the rest is too short, by the least that was drawn.
+    """
+    powers = [np.where(r.is_landed, r.power_w, np.nan) for r in records]
+    samples = np.concatenate([p[np.isfinite(p)] for p in powers])
     if not samples.size:
         return None
-    return Loads(avionics_w=0.0, ground_idle_w=round(max(float(samples.mean()), 0.0), 3))
+    idle = [p[_is_idle(r) & np.isfinite(p)] for r, p in zip(records, powers, strict=True)]
+    idle_s = sum(one.size * r.step_s for r, one in zip(records, idle, strict=True))
+    watts = np.concatenate(idle).mean() if idle_s >= _IDLE_S else samples.min()
+    return Loads(avionics_w=0.0, ground_idle_w=round(max(float(watts), 0.0), 3))
 
 
 def verify_left_out(

@@ -154,12 +154,14 @@ def identified_lean(
         ]
         for record, own, air in zip(records, times, thinner, strict=True)
     ]
-    kept = [flight for flight in flights if not _is_contradicted(flight, flights)]
+    flown = [one for one in flights if one]
+    # where all are contradicted, the least of them counts
+    kept = [one for one in flown if not _is_contradicted(one, flown)] or flown
     found = _of_flights(kept, base, densest)
     if found is None:
         assert base is not None
         return _of_base(base)
-    found = replace(found, is_contradicted=len(kept) < len(flights))
+    found = replace(found, is_contradicted=len(kept) < len(flown))
     if densest is None:
         return found
     sure_m_s = found.sure_airspeed_m_s
@@ -179,15 +181,17 @@ def _is_one_way(record: FlightRecord) -> bool:
 
 
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
-    """Return whether a flight one way has less drag than others have slower, by the airspeed, and a trim."""
+    """Return whether a flight has less drag than another leg of it has slower: it had the wind behind it.
+
+    In proportion to the airspeed, and by trims, nose first; of a flight one way than legs of others have.
+    """
     return any(
-        one.drag + _TRIM < other.drag * one.airspeed_m_s / other.airspeed_m_s
+        one.drag + 2.0 * _TRIM < other.drag * one.airspeed_m_s / other.airspeed_m_s
         for one in flight
-        if one.is_one_way
-        for others in flights
-        if others is not flight
+        if one.is_ahead and not one.error
+        for others in (flights if one.is_one_way else [flight])
         for other in others
-        if other.airspeed_m_s < one.airspeed_m_s
+        if other.is_ahead and other.airspeed_m_s <= one.airspeed_m_s
     )
 
 
@@ -222,7 +226,7 @@ def _of_flights(
         lean_rad = min(math.atan(law.drag(fastest.airspeed_m_s)), fastest.limit_rad)
         flown = fastest._replace(airspeed_m_s=min(fastest.airspeed_m_s, law.airspeed_m_s(most)))
         return _limited(flown, lean_rad, law, law.error_at(most))
-    sure_m_s = min(_sure_m_s(flight, most) for flight in flights if flight and flight[0].limit_rad)
+    sure_m_s = min(_sure_m_s(flight, most) for flight in flights if flight[0].limit_rad)
     return replace(_UNKNOWN, sure_airspeed_m_s=rounded(sure_m_s, 3))
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from made_record import record_of
+from made_record import make_record, record_of
 from simulated_experiment import (
     G1,
     G2,
@@ -24,7 +24,7 @@ from simulated_experiment import (
 
 from planner.cli.main import main
 from planner.identify.assembly import IdentificationSettings, Method
-from planner.identify.identification import identify_vehicle
+from planner.identify.identification import _loads, identify_vehicle
 from planner.report.identification import identification_text
 from planner.report.text import Medium
 from planner.values import replace
@@ -249,3 +249,22 @@ def test_a_stop_from_a_cruise_dearer_than_hover_keeps_its_energy() -> None:
 def test_every_state_is_drawn(identified: tuple[Path, dict[str, dict[str, object]]]) -> None:
     drawn = {path.stem for path in (identified[0] / "figures").glob("*.svg")}
     assert drawn >= {*TRUTH, "hover", "power_over_speed"}
+
+
+@pytest.mark.parametrize(
+    ("before", "idle_w"),
+    [
+        ([12.0] * 50, 12.0),  # 5 s of idle, of which the last two spool up
+        ([12.0] * 10, 12.0),
+        ([89.0, 150.0, 250.0, 374.0], 89.0),  # the log begins while it does: the least of it
+    ],
+)
+def test_motors_that_spool_up_are_no_idle(before: list[float], idle_w: float) -> None:
+    ramp = np.linspace(12.0, 350.0, 20).tolist() if len(before) > 4 else []
+    ground, flown = np.array(before + ramp), np.full(600, 350.0)
+    is_landed = np.repeat([True, False], [ground.size, flown.size])
+    record = make_record(is_landed=is_landed, power_w=np.concatenate([ground, flown]))
+    found = _loads([record])
+    assert found is not None
+    assert found.ground_idle_w == pytest.approx(idle_w)
+    assert _loads([replace(record, is_landed=np.zeros(is_landed.size, np.bool_))]) is None

@@ -207,6 +207,20 @@ def test_a_way_with_the_wind_widens_no_airspeed(other: tuple[float, float, float
     assert identified_lean([downwind, held]).shown_airspeed_m_s == 10.0
 
 
+def test_a_flight_that_contradicts_itself_is_left_out_of_the_law_of_others() -> None:
+    # 5 m/s in a wind of unknown strength: 1.7° with it, 23.8° against it, at two heights
+    blown = flight((5.0, 1.7, 5.0), (5.0, 23.8, 5.0))
+    legs = ((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0), (10.0, 30.0, 12.0))
+    good = identified_lean([flight(*legs)])
+    both = identified_lean([flight(*legs), blown])
+    assert both.airspeed_limit_m_s == good.airspeed_limit_m_s == 10.0
+    assert both.drag_exponent == good.drag_exponent
+    # alone it tells at least what it leans most for
+    alone = identified_lean([blown]).sure_airspeed_m_s
+    most, least = (math.tan(math.radians(one)) for one in (30.0, 23.8))
+    assert alone == pytest.approx(5.0 * math.sqrt(most / least), abs=0.01)
+
+
 def test_a_limit_held_one_way_in_an_unknown_wind_is_not_certain() -> None:
     # ArduCopter's simulator: 20° at 9.6 m/s over ground, 2.2 m/s of wind behind: 7.37 m/s through the air
     one_way = flight((9.6, 20.0, 10.0), limit_cdeg=2000.0)

@@ -180,4 +180,9 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: reported(again(parameters={"BATT_CAPACITY": 3301.0})),  # somebody set it
         silent=lambda: reported(again(parameters={"BATT_CAPACITY": 3300.0}), pack=PACK),
     ),
+    "I113": RuleCases(  # the made log begins with 16.0 V: four cells of 4 V
+        fires=lambda: reported(again(voltage_v=copter().voltage_v - 0.1), pack=PACK),
+        boundary=lambda: reported(pack=PACK),
+        silent=lambda: reported(again(voltage_v=copter().voltage_v + 0.8), pack=PACK),
+    ),
 }
