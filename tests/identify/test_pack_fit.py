@@ -156,6 +156,8 @@ def test_a_log_that_begins_with_half_a_battery_is_no_full_one(settings: PackSett
     voltage[0] = rest_v  # at arming, without load: 3.89 V a cell
     found = identify_battery([replace(half, voltage_v=voltage)], settings)
     assert found.battery is not None
+    assert found.battery.ocv_v is not None
+    assert found.battery.ocv_soc is not None
     assert [one.code for one in found.findings] == ["I113"]
     for charge in (0.4, 0.7, 1.0):
         open_v = CELLS * float(np.interp(charge, *SHAPE))
