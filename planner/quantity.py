@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 ABSENT = "—"
 NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?)"
 """A number as people and TOML write it."""
-PLUS_MINUS = r"±|\+/?-"
+PLUS_MINUS = r"±|\+/?-|~"
 
 
 _MOST_IN_FULL = 1e9

@@ -196,6 +196,7 @@ def test_a_number_may_carry_its_unit(key: str, text: str, value: float) -> None:
     ("text", "speed_sd_m_s", "from_sd_deg"),
     [
         ("5±2@270±20", 2.0, 20.0),
+        ("5~2@270~20", 2.0, 20.0),  # as the terminal UI shows it in ASCII
         ("5+-2@270+-20", 2.0, 20.0),
         ("5+/-2@270+/-20", 2.0, 20.0),
         ("5 ± 2 m/s @ 270° ± 20°", 2.0, 20.0),

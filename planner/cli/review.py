@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from planner.cli.options import (
     GroupedCommand,
     command_text,
     given_settings,
+    option_words,
     setting_options,
 )
 from planner.cli.terminal import end_with_terminal, shows_braille, why_unusable
@@ -51,7 +53,7 @@ def command(missions: tuple[str, ...], *, is_ascii: bool | None, **options: obje
     if is_live and len(missions) > 1:
         msg = "a vehicle is reviewed by itself: give its address alone"
         raise UsageError(msg)
-    _refuse_terminal(missions)
+    _refuse_terminal(missions, options)
     end_with_terminal()
     try:
         from planner.tui.app import ReviewApp
@@ -59,7 +61,7 @@ def command(missions: tuple[str, ...], *, is_ascii: bool | None, **options: obje
     except ImportError as error:
         if error.name is None or not error.name.startswith(("textual", "rich")):
             raise
-        msg = f"the terminal UI needs textual (pip install textual); {_instead(missions)}"
+        msg = f"the terminal UI needs textual (pip install textual); {_instead(missions, options)}"
         raise UsageError(msg) from error
     given = given_settings(options)
     _refuse_settings_of_fleets(missions, given)
@@ -83,11 +85,11 @@ def command(missions: tuple[str, ...], *, is_ascii: bool | None, **options: obje
     return ExitCode.UNUSABLE if app.return_code else ExitCode.GO  # it reports no verdict
 
 
-def _refuse_terminal(missions: tuple[str, ...]) -> None:
+def _refuse_terminal(missions: tuple[str, ...], options: Mapping[str, object]) -> None:
     """Raise ``UsageError`` where no terminal UI can be shown, with what to run instead."""
     why = "a mission on standard input cannot be reviewed" if "-" in missions else why_unusable()
     if why:
-        msg = f"{why}; {_instead(missions)}"
+        msg = f"{why}; {_instead(missions, options)}"
         raise UsageError(msg)
 
 
@@ -106,7 +108,8 @@ def _refuse_settings_of_fleets(missions: tuple[str, ...], given: Mapping[str, ob
         raise UsageError(msg)
 
 
-def _instead(missions: tuple[str, ...]) -> str:
+def _instead(missions: tuple[str, ...], options: Mapping[str, object]) -> str:
     command = ["fleet", "check"] if missions and all(map(_is_fleet, missions)) else ["check"]
-    words = command_text(["mavjoule", *command, *(missions or ("MISSION",))])
-    return f"run instead: {words}"
+    given = (option_words(key, value) for key, value in given_settings(options).items())
+    words = ["mavjoule", *command, *(missions or ("MISSION",)), *chain.from_iterable(given)]
+    return f"run instead: {command_text(words)}"

@@ -74,7 +74,7 @@ DIGITS = {
 }
 """Decimals of the columns of tables of segments and items, whose heads name the unit."""
 _HEADS = (
-    ("", "item", "state", "start", "time", "distance", "height", "speed", "energy", "stop"),
+    ("", "item", "state", "start", "time", "distance", "climb", "speed", "energy", "stop"),
     ("", "", "", "s", "s", "m", "m", "m/s", "Wh", "m"),
 )
 
@@ -87,7 +87,7 @@ def cell_text(key: str, value: Any, absent: str = "") -> str:  # noqa: ANN401 - 
 
 
 def segments_text(result: CheckResult) -> str:
-    """Return the segments as an aligned table; heights are changes, ``stop`` is to stand still."""
+    """Return the segments as an aligned table; ``stop`` is to stand still."""
     rows = [
         [cell_text(key, getattr(one, key)) for key in SEGMENT_KEYS[:-2]] for one in result.segments
     ]

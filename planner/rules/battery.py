@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -278,8 +279,7 @@ BATTERY_COLD = Rule(
     "temperatures at which its resistance is known.  An error below −10 °C, and where what a cell gives at "
     "least at that temperature (80 % at 0 °C, 75 % at −10 °C: Samsung SDI, INR18650-15L) is empty before the "
     "landing or before the tightest return has landed.  Not checked without a temperature.",
-    fix="keep the battery warm and give --battery-temperature, or allow for the cold with "
-    "--battery-health",
+    fix="keep the battery warm, and give its temperature with --battery-temperature",
     instead="--battery-temperature",
 )
 
@@ -301,16 +301,24 @@ def _battery_cold(a: Assessment, pack: Battery) -> Iterator[Finding]:
         if known_c is None
         else f"its resistance is known from {quantity.temperature(known_c[0])} up"
     )
-    least, short = float(np.interp(degrees_c, *_IN_THE_COLD)), ""
-    if a.battery is not None and least * a.battery.usable_wh < most_needed_wh(a, a.battery):
-        short = (
-            f"; with {quantity.percent(least)} of its energy, what a cell gives at least, it is empty "
-            "before the landing or a return"
-        )
+    least, told = float(np.interp(degrees_c, *_IN_THE_COLD)), ""
+    left_wh = math.inf
+    if a.battery is not None:
+        left_wh = least * a.battery.usable_wh - most_needed_wh(a, a.battery)
+        kept = f"with {quantity.percent(least)} of its energy, what a cell gives at least,"
+        if left_wh < 0.0:
+            told = f"; {kept} it is empty before the landing or a return"
+        elif left_wh < a.battery.reserve_wh:
+            short_wh = a.battery.reserve_wh - left_wh
+            told = (
+                f"; {kept} the landing or a return is {quantity.energy(short_wh)} below the reserve"
+            )
     yield a.finding(
         BATTERY_COLD,
-        f"battery at {quantity.temperature(degrees_c)}{whose}: {known}{short}",
-        severity=Severity.ERROR if short or degrees_c < min(coldest_c, _TOO_COLD_C) else None,
+        f"battery at {quantity.temperature(degrees_c)}{whose}: {known}{told}",
+        severity=Severity.ERROR
+        if left_wh < 0.0 or degrees_c < min(coldest_c, _TOO_COLD_C)
+        else None,
     )
 
 

@@ -135,7 +135,7 @@ def _return_below_reserve(a: Assessment, budget: BatteryBudget) -> Iterator[Find
             f"lands below {reserve}"
         )
     if empty is not None and (turn is None or place_along(empty) != place_along(turn)):
-        message += f"; beyond {place_along(empty)} the battery is empty before"
+        message += f"; beyond {place_along(empty)} the battery is empty before it is there"
     if budget.margin_wh >= 0.0 or way.margin_wh < (1.0 + _SAME_SHORTFALL) * budget.margin_wh:
         worst = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
         message += (
@@ -383,7 +383,7 @@ MODEL_NOT_FLOWN = Rule(
     Severity.INFO,
     summary="The energy rests on a data sheet or on theory: no flight of the vehicle is in its model.",
     why="Published figures are of another day, load and battery, and mass and rotors alone leave the power "
-    "uncertain by a sixth: a GO by such a model needs a margin that holds what one flight in ten takes.",
+    "uncertain by a sixth: keep a margin that holds what one flight in ten takes.",
     how="The model's [provenance] says basis = data-sheet or theory; the energy that nine flights of ten "
     "stay below is that of its [spread] and of the conditions as given.",
     fix="log one ordinary flight, then mavjoule vehicle refine MODEL LOG",

@@ -70,7 +70,7 @@ WAYPOINT_OUTSIDE = Rule(
     how="The place of every take-off, waypoint, loiter and landing, jumped over or behind the return too, "
     "against every area, GF_MAX_HOR_DIST and GF_MAX_VER_DIST, whatever GF_ACTION "
     "(MissionFeasibilityChecker::checkGeofence, Geofence::check).",
-    fix="move the item into the fence, or delete it where it is not flown",
+    fix="move the item to where the fence allows it, or delete it where it is not flown",
     instead="a mission whose places are all in the fence",
 )
 
@@ -227,9 +227,10 @@ def _waypoint_outside(
         name = f"{command_name(item.command)}: PX4 refuses the mission: "
         for barrier, clear_m in zip(barriers, inside_m, strict=True):
             if (out_m := -float(clear_m[row])) > PATH_TOLERANCE_M:
+                side = "outside" if barrier.keep_inside else "inside"
                 yield a.finding(
                     WAYPOINT_OUTSIDE,
-                    f"{name}its place is {quantity.distance(out_m)} outside {barrier.label}",
+                    f"{name}its place is {quantity.distance(out_m)} {side} {barrier.label}",
                     item=number,
                 )
                 return

@@ -595,7 +595,7 @@ class _Planning:
             )
         return (
             f"{source}: {names} cannot all be flown in their hours, apart from each other: allow more "
-            "time, more vehicles or packs, other places or heights"
+            "time, more vehicles, packs or chargers, other places or heights"
         )
 
 

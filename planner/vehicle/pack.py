@@ -324,8 +324,14 @@ def _by_voltage(given: Battery) -> FlownPack:
         return FlownPack(battery=given)
     battery = pack_of_label(given)
     assert battery.chemistry is not None
-    number = quantity.count(battery.cells_in_series or 0, f"{_KINDS[battery.chemistry]} cell")
-    assumed = f"{number} in series, as {quantity.voltage(given.voltage_v)} mean"
+    cells, mean = (
+        f"{_KINDS[battery.chemistry]} cell",
+        f"as {quantity.voltage(given.voltage_v)} mean",
+    )
+    number = quantity.count(battery.cells_in_series or 0, cells)
+    assumed = (
+        f"{number} in series, {mean}" if given.cells_in_series is None else f"{cells}s, {mean}"
+    )
     return FlownPack(battery=battery, assumed=assumed)
 
 

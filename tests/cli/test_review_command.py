@@ -25,9 +25,10 @@ def on_a_terminal(monkeypatch: pytest.MonkeyPatch, *, columns: int = 80, rows: i
 def test_no_terminal_is_told_with_what_to_run_instead(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["review", mission]) == 2
+    assert main(["review", mission, "--wind", "3@90", "--reserve", "30%"]) == 2
     told = capsys.readouterr().err
-    assert f"needs a terminal; run instead: mavjoule check {mission}" in told
+    same = f"mavjoule check {mission} --wind 3@90 --reserve 30%"
+    assert f"needs a terminal; run instead: {same}" in told
 
 
 def test_a_dumb_terminal_is_told(

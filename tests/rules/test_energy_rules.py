@@ -311,3 +311,20 @@ def test_a_battery_that_may_be_empty_in_the_cold_is_no_go(
     need_wh = judged(1000.0).totals.energy_wh * math.sqrt(1.225 / 1.1673)
     cold = [f for f in judged(need_wh / (1.0 - left)).findings if f.code == "E122"]
     assert [one.severity for one in cold] == [severity]
+
+
+@pytest.mark.parametrize(("share", "below"), [(0.99, True), (1.01, False)])
+def test_a_battery_that_may_land_below_the_reserve_in_the_cold_is_told_so(
+    share: float, *, below: bool
+) -> None:
+    """At −10 °C a cell gives 75 % at least: of 0.75 C the flight and a reserve of 0.2 C are left or not."""
+
+    def judged(capacity_wh: float) -> CheckResult:
+        pack = Battery(capacity_wh=capacity_wh)
+        return check(OUT_AND_BACK, VEHICLE, battery=pack, battery_temperature_c=-10.0, reserve=0.2)
+
+    need_wh = judged(1000.0).totals.energy_wh * math.sqrt(1.225 / 1.1673)
+    result = judged(share * need_wh / (0.75 - 0.2))
+    [cold] = [f for f in result.findings if f.code == "E122"]
+    assert cold.severity is Severity.WARNING
+    assert ("below the reserve" in cold.message) is below

@@ -129,13 +129,14 @@ def test_an_item_outside_is_refused_though_it_is_not_flown(
 ) -> None:
     number = items.index(OUTSIDE) + 1
     given = f"GF_ACTION,{action}\n"
-    for areas, more in (
-        ((box(-200.0, -200.0, 200.0, 299.0),), ""),
-        ((circle(0.0, 310.0, 20.0, inclusion=False),), ""),
-        ((), "GF_MAX_HOR_DIST,299\n"),
+    for areas, more, how in (
+        ((box(-200.0, -200.0, 200.0, 299.0),), "", "1.0 m outside inclusion polygon 1"),
+        ((circle(0.0, 310.0, 20.0, inclusion=False),), "", "10 m inside exclusion circle 1"),
+        ((), "GF_MAX_HOR_DIST,299\n", "GF_MAX_HOR_DIST"),
     ):
         told = of_px4(*items, areas=areas, parameters=given + more)
         assert told["F117"].item == number
+        assert how in told["F117"].message
     wide = (box(-200.0, -200.0, 200.0, 301.0),)
     assert "F117" not in of_px4(*items, areas=wide, parameters=given)
 
