@@ -39,12 +39,14 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.flight.budget import ChargedPack, battery_temperature_c, predict_discharges
-from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
+from planner.flight.motion.kinematics import QUADRATURE_WEIGHTS, STATE_INDEX, STATES, FlightState
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.tightest import sweep_returns
 from planner.quantity import mean_of, sd_of
 from planner.units import j_from_wh, wh_from_j
 from planner.values import Value, replace
+from planner.vehicle.law_factors import STEADY_FLIGHTS, is_narrowable, level_fractions
+from planner.vehicle.model import Basis
 from planner.vehicle.power import CruisePower
 from planner.vehicle.repeatability import REPEATABILITY
 
@@ -206,6 +208,47 @@ def spread_at_noise(
             )
             if (noisy := getattr(spread, name)) is not None
         },
+    )
+
+
+_LEVEL = (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
+_COVERED_M_S = max(speed_m_s for speed_m_s, _ in STEADY_FLIGHTS["cruise"])
+"""Airspeed up to which a spread says how far the energy of level flight may be off."""
+_GRID = 8
+"""Airspeeds beyond it between which that hardly bends."""
+
+
+def spread_at_airspeeds(spread: ModelSpread, flight: Flight) -> ModelSpread:
+    """Return the spread of energies at the airspeeds of a flight, where they are beyond those it is of.
+
+    Of models that flights have narrowed: at what was not flown the law is what the data sheet had, and
+    the drag, which nothing has shown, goes by the cube of the airspeed.
+    """
+    vehicle, motion = flight.power.vehicle, flight.motion
+    if vehicle.provenance.basis is not Basis.REFINED or not is_narrowable(vehicle):
+        return spread
+    airspeed = flight.power.airspeed_m_s(flight.node_state)
+    of_piece = motion.segments.state[motion.piece_segment]
+    level = np.isin(of_piece, [STATE_INDEX[one] for one in _LEVEL])
+    fastest_m_s = float(airspeed[level].max(initial=0.0))
+    if fastest_m_s <= _COVERED_M_S:
+        return spread
+    grid_m_s = np.linspace(_COVERED_M_S, fastest_m_s, _GRID)
+    fractions = level_fractions(vehicle, grid_m_s)
+    taken_j = np.maximum(flight.node_power_w, 0.0) * QUADRATURE_WEIGHTS
+    taken_j = taken_j[level] * motion.piece_duration_s[level, None]
+    total_j = float(taken_j.sum())
+    if not total_j > 0.0:
+        return spread
+    mean = float((taken_j * np.interp(airspeed[level], grid_m_s, fractions)).sum()) / total_j
+    more = math.sqrt(max(mean**2 - float(fractions[0]) ** 2, 0.0))
+    states = {one.value for one in _LEVEL}
+    return replace(
+        spread,
+        energy_state_fraction=tuple(
+            (state, math.hypot(fraction, more) if state in states else fraction)
+            for state, fraction in spread.energy_state_fraction
+        ),
     )
 
 

@@ -496,9 +496,9 @@ def assess_flown(prepared: Preparation, returns: Returns, steps: Steps) -> Asses
     battery, plan = counted.battery, counted.plan
     totals, budget = battery.totals, battery.budget
     if vehicle.spread is not None:
-        from planner.flight.uncertainty import against_battery
+        from planner.flight.uncertainty import against_battery, spread_at_airspeeds
 
-        spread = vehicle.spread
+        spread = spread_at_airspeeds(vehicle.spread, flight)
         scenarios = against_battery(
             steps.sample(returns, setup, spread, counted.sweep),
             flight,

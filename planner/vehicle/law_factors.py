@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
-from planner.physics.rotor import momentum_power_w
-from planner.values import Value
+from planner.physics.rotor import Rotor, momentum_power_w
+from planner.values import Value, field_values
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.arrays import FloatArray
-    from planner.physics.rotor import Rotor
     from planner.vehicle.model import ModelSpread, VehicleModel
 
 THEORY_FRACTION = 0.03
@@ -228,6 +227,26 @@ def energy_fractions(
             for name, flights in STEADY_FLIGHTS.items()
         },
     )
+
+
+def level_fractions(vehicle: VehicleModel, airspeed_m_s: FloatArray) -> FloatArray:
+    """Return how far the power of level flight by a narrowable model may be off, beside hover's. (n,) [-]"""
+    law, spread = vehicle.cruise, vehicle.spread
+    assert isinstance(law, MomentumLaw)
+    assert spread is not None
+    of = LawSpread.of_model(spread)
+    speed_m_s = np.concatenate([[0.0], airspeed_m_s])
+    slopes = _log_slopes(
+        Rotor(**field_values(law)),
+        of,
+        speed_m_s,
+        np.zeros(len(speed_m_s)),
+        mass_kg=vehicle.mass_kg or 0.0,
+        air_density_kg_m3=SEA_LEVEL_DENSITY_KG_M3,
+        avionics_w=0.0 if vehicle.loads is None else vehicle.loads.avionics_w,
+    )
+    beside = slopes[1:] - slopes[0]
+    return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", beside, of.covariance, beside)))
 
 
 def is_narrowable(vehicle: VehicleModel) -> bool:

@@ -26,19 +26,21 @@ from planner.flight.uncertainty import (
     predict_scenarios,
     sample_charge,
     sample_unknowns,
+    spread_at_airspeeds,
     spread_at_noise,
 )
 from planner.mission.route.route import make_route
+from planner.physics.rotor import Rotor, momentum_power_w
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.service.preflight import CheckResult, check
 from planner.setup import Setup
-from planner.values import replace
+from planner.values import field_values, replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.model import ModelSpread
+from planner.vehicle.model import Basis, ModelSpread
 from planner.vehicle.parameters.resolve import resolve_parameters
-from planner.vehicle.power import CruisePower
+from planner.vehicle.power import CruisePower, MomentumLaw
 from planner.vehicle.repeatability import REPEATABILITY
 
 if TYPE_CHECKING:
@@ -633,3 +635,55 @@ def test_without_a_spread_of_its_energy_there_is_no_band() -> None:
     silent = replace(EXACT, energy_fraction=None, time_fraction=0.1)
     returns = flown(setup)
     assert predict_energy_band(returns, setup, np.array([0]), spread=silent) is None
+
+
+@pytest.mark.parametrize(
+    ("basis", "speed_m_s", "is_wider"),
+    [
+        (Basis.REFINED, 15.0, True),
+        (Basis.REFINED, 10.0, False),  # the spread is of 5 and 10 m/s
+        (Basis.DATA_SHEET, 15.0, False),
+    ],
+)
+def test_beyond_the_speeds_a_spread_is_of_energies_are_as_uncertain_as_the_drag(
+    basis: Basis, speed_m_s: float, *, is_wider: bool
+) -> None:
+    # no flight has shown the drag area, half of it either way
+    spread = replace(
+        EXACT,
+        law_fraction=(("drag_area_m2", 0.5),),
+        energy_state_fraction=(("climb", 0.04), ("cruise", 0.06)),
+    )
+    vehicle = replace(SURVEYOR, spread=spread, provenance=replace(SURVEYOR.provenance, basis=basis))
+    one = mission(
+        takeoff(40), speed(speed_m_s), item(16, north(8000.0), 40), item(21, north(8000.0), 0.0)
+    )
+    parameters = resolve_parameters(vehicle.reference, file=None, model=vehicle).values
+    route = make_route(one, dialect=vehicle.reference, home_amsl_m=None, terrain=None)
+    setup = Setup(vehicle)
+    flight = predict_flight(route, setup, make_pilot(setup, parameters))
+    found = spread_at_airspeeds(spread, flight)
+    assert dict(found.energy_state_fraction)["climb"] == 0.04
+    if not is_wider:
+        assert found == spread
+        return
+    assert isinstance(vehicle.cruise, MomentumLaw)
+    rotor = Rotor(**field_values(vehicle.cruise))
+
+    def share(airspeed_m_s: float) -> float:
+        """Return by how much the power grows with the drag area, both relative."""
+        more, less = (
+            momentum_power_w(
+                airspeed_m_s,
+                0.0,
+                rotor._replace(drag_area_m2=times * rotor.drag_area_m2),
+                mass_kg=vehicle.mass_kg or 0.0,
+                air_density_kg_m3=1.225,
+            )
+            for times in (1.01, 0.99)
+        )
+        return float((more - less) / (more + less) / 0.01)
+
+    beyond = math.sqrt((0.5 * share(15.0)) ** 2 - (0.5 * share(10.0)) ** 2)
+    expected = math.hypot(0.06, beyond)
+    assert dict(found.energy_state_fraction)["cruise"] == pytest.approx(expected, rel=0.03)
