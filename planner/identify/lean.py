@@ -181,17 +181,18 @@ def _is_one_way(record: FlightRecord) -> bool:
 
 
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
-    """Return whether a flight has less drag than another leg of it has slower: it had the wind behind it.
+    """Return whether a flight leans less than another leg of it lets it: it had the wind behind it.
 
-    In proportion to the airspeed, and by trims, nose first; of a flight one way than legs of others have.
+    By drag that goes by the airspeed at least and by its square at most, and by trims, nose first; of a
+    flight one way than legs of others let it.
     """
     return any(
-        one.drag + 2.0 * _TRIM < other.drag * one.airspeed_m_s / other.airspeed_m_s
+        (one.drag + 2.0 * _TRIM) * max(faster, faster**2) < other.drag
         for one in flight
         if one.is_ahead and not one.error
         for others in (flights if one.is_one_way else [flight])
         for other in others
-        if other.is_ahead and other.airspeed_m_s <= one.airspeed_m_s
+        if other.is_ahead and (faster := other.airspeed_m_s / one.airspeed_m_s)
     )
 
 
