@@ -24,7 +24,7 @@ from planner.identify.leant_wind import leant_wind_readings
 from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.refinement import shown_box
-from planner.identify.segments import FitStatus, record_air_density_kg_m3
+from planner.identify.segments import FitStatus, mean_air_density_kg_m3, record_air_density_kg_m3
 from planner.identify.spread import (
     left_out_spread,
     noise_fraction,
@@ -315,7 +315,8 @@ class IdentificationSettings(Value):
     def mean_air_kg_m3(self, record: FlightRecord) -> float:
         """Return the mean density of the air of a flight. [kg m⁻³]"""
         temperature_c = self.conditions_of(record).temperature_c
-        return float(np.nanmean(record_air_density_kg_m3(record, home_temperature_c=temperature_c)))
+        density = record_air_density_kg_m3(record, home_temperature_c=temperature_c)
+        return mean_air_density_kg_m3(density)
 
     def times_heavier(self, record: FlightRecord) -> float:
         """Return the mass that flew over that of the model; one where they are not known. [-]"""

@@ -33,7 +33,11 @@ from planner.identify.flown_mission import flown_parameters
 from planner.identify.lean import identified_lean
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.identify.log_table import LogTable
-from planner.identify.segments import record_air_density_kg_m3, steady_flight
+from planner.identify.segments import (
+    mean_air_density_kg_m3,
+    record_air_density_kg_m3,
+    steady_flight,
+)
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import Value, brief, field_values, replace
@@ -209,7 +213,7 @@ def refine_vehicle(
         density = record_air_density_kg_m3(record, home_temperature_c=own.temperature_c)
         mass_kg = (own.mass_kg or vehicle.mass_kg or 0.0) + (own.payload_kg or 0.0)
         times_heavier.append(mass_kg / vehicle.mass_kg if vehicle.mass_kg else 1.0)
-        air_kg_m3.append(float(np.nanmean(density)))
+        air_kg_m3.append(mean_air_density_kg_m3(density))
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
     if not steady:
         msg = (

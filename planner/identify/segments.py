@@ -17,7 +17,11 @@ import numpy as np
 
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.identify.uncertainty import Estimate, mean_with_error
-from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
+from planner.physics.atmosphere import (
+    SEA_LEVEL_DENSITY_KG_M3,
+    air_density_kg_m3,
+    standard_temperature_c,
+)
 from planner.physics.rotor import Acceleration
 from planner.values import Value, field_names
 
@@ -406,6 +410,12 @@ def record_air_density_kg_m3(
         standard_temperature_c(home_amsl_m) if home_temperature_c is None else home_temperature_c
     )
     return air_density_kg_m3(altitude, home_amsl_m=home_amsl_m, home_temperature_c=temperature_c)
+
+
+def mean_air_density_kg_m3(density_kg_m3: FloatArray) -> float:
+    """Return the mean of densities along a record; the sea level's where no height is known. [kg m⁻³]"""
+    known = density_kg_m3[np.isfinite(density_kg_m3)]
+    return float(known.mean()) if known.size else SEA_LEVEL_DENSITY_KG_M3
 
 
 _SETTLING_S = 5.0
