@@ -18,19 +18,14 @@ from planner.findings import Rule, Severity
 from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters, flown_position_noise_m
-from planner.identify.lag import identify_drag
+from planner.identify.lag import identify_drag, times_allow_drag
 from planner.identify.lean import identified_lean
 from planner.identify.leant_wind import leant_wind_readings
 from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
 from planner.identify.refinement import shown_box
 from planner.identify.segments import FitStatus, mean_air_density_kg_m3, record_air_density_kg_m3
-from planner.identify.spread import (
-    left_out_spread,
-    noise_fraction,
-    ramp_spread,
-    squared_time_errors,
-)
+from planner.identify.spread import left_out_spread, noise_fraction, ramp_spread, time_errors
 from planner.identify.uncertainty import rounded
 from planner.physics.rotor import Rotor
 from planner.presented import Shown
@@ -544,23 +539,31 @@ def _with_drag_that_shows(
     records: Sequence[FlightRecord],
     settings: IdentificationSettings,
 ) -> VehicleModel:
-    """Return the model with its drag where that predicts the times flown better, else with that known.
+    """Return the model with its drag unless the times flown contradict it, else with that known.
 
-    Noise of the position looks like drag: what lags behind it is the estimate, not the vehicle.  Asked
-    without a limit of the airspeed: one flight held at it, predicted too slow with both, is not to decide.
+    Asked without a limit of the airspeed: one flight held at it, predicted too slow with both, is not to
+    decide.
     """
-    without = replace(model, drag_per_s=known_per_s)
     free = replace(model, airspeed_limit_m_s=None, airspeed_limit_lean_deg=None, drag_exponent=None)
-    if squared_time_errors(
-        replace(free, drag_per_s=known_per_s), records, settings
-    ) <= squared_time_errors(free, records, settings):
-        return without
+    errors = time_errors((free, replace(free, drag_per_s=known_per_s)), records, settings)
+    with_it, without = errors or ((), ())
+    is_kept = times_allow_drag(with_it, without)
     reading = (
         f"drag_per_s is {drag.value:.3f} ± {drag.error:.3f} 1/s, from how far the vehicle lags "
         "behind its trajectory"
     )
-    provenance = replace(model.provenance, readings=(*model.provenance.readings, reading))
-    return replace(model, provenance=provenance)
+    if not is_kept:
+        reading = f"left out: {reading}"
+    if not errors:
+        reading += "; no flight of a mission shows the times it takes"
+    elif not is_kept or np.square(with_it).sum() > np.square(without).sum():
+        means = " and ".join(f"{100.0 * np.mean(one):+.1f} %" for one in errors)
+        reading += f"; flown less predicted times are {means} in the mean with it and without"
+    return replace(
+        model,
+        drag_per_s=model.drag_per_s if is_kept else known_per_s,
+        provenance=replace(model.provenance, readings=(*model.provenance.readings, reading)),
+    )
 
 
 def _basis(found: PowerIdentification, base: VehicleModel | None) -> Basis | None:

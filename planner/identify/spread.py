@@ -479,12 +479,16 @@ def noise_fraction(measured_m: Sequence[float]) -> float | None:
     return _rounded_up(math.sqrt(square))
 
 
-def squared_time_errors(
-    model: VehicleModel, records: Sequence[FlightRecord], settings: IdentificationSettings
-) -> float:
-    """Return the sum of the squares of relative errors of the times that a model predicts. [-]"""
-    compared = (_compare(record, model, settings) for record in records)
-    return sum((one.time_error or 0.0) ** 2 for one in compared if one is not None)
+def time_errors(
+    models: Sequence[VehicleModel],
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+) -> list[list[float]]:
+    """Return flown over predicted times, less one, of flights that all models predict: rows by model. [-]"""
+    flights = [[_compare(record, model, settings) for model in models] for record in records]
+    rows = [[one.time_error for one in flight if one is not None] for flight in flights]
+    known = [[error for error in row if error is not None] for row in rows]
+    return [list(row) for row in zip(*(r for r in known if len(r) == len(models)), strict=True)]
 
 
 def _energy_parameters(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,8 +10,11 @@ import pytest
 from made_record import make_record
 
 from planner.autopilot import Autopilot
+from planner.identify import assembly
+from planner.identify.assembly import IdentificationSettings
 from planner.identify.flown_mission import flown_position_noise_m
-from planner.identify.lag import identify_drag
+from planner.identify.identification import identify_vehicle
+from planner.identify.lag import identify_drag, times_allow_drag
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -123,3 +127,63 @@ def test_a_load_is_slowed_down_less_by_the_same_drag() -> None:
     assert alone is not None
     assert loaded is not None
     assert loaded.value == pytest.approx(1.2 * alone.value)
+
+
+# relative, with 0.386 and 0.227 1/s and without, of simulated vehicles with 0.4 and 0.25 1/s: to and fro, a
+# survey, and hovers with short legs
+FLOWN_ERRORS = [
+    ([-0.018, -0.0132, -0.007], [0.0037, 0.0189, -0.0038]),
+    ([-0.0152, -0.0098, -0.0035], [-0.0035, 0.0068, -0.0027]),
+]
+
+
+@pytest.mark.parametrize(("with_it", "without"), FLOWN_ERRORS)
+def test_straight_legs_do_not_take_a_drag_back(with_it: list[float], without: list[float]) -> None:
+    assert times_allow_drag(with_it, without)
+    # one of them alone, and without that one
+    assert times_allow_drag(with_it[:1], without[:1])
+    assert times_allow_drag(with_it[1:], without[1:])
+
+
+def test_times_take_a_drag_back_that_makes_them_too_long_by_more_than_any_prediction() -> None:
+    # 2 % off alike, -3.9 % is 1.9 % from what was flown and 0 then 2 %; -4.1 % is 2.1 %
+    assert times_allow_drag([-0.039], [0.0])
+    assert not times_allow_drag([-0.041], [0.0])
+    # the other way round a drag that is less than the one known
+    assert times_allow_drag([0.039], [0.0])
+    assert not times_allow_drag([0.041], [0.0])
+    # a flight that takes one time with it and without says nothing, however far off
+    assert times_allow_drag([-0.039, -0.07], [0.0, -0.07])
+    assert not times_allow_drag([-0.041, 0.07], [0.0, 0.07])
+    assert not times_allow_drag([], [])
+
+
+@pytest.mark.parametrize(
+    ("errors", "drag_per_s", "said"),
+    [
+        ([[-0.018], [0.004]], 0.4, "-1.8 % and +0.4 %"),
+        ([[-0.06], [0.004]], None, "-6.0 % and +0.4 %"),
+        ([], None, "no flight of a mission"),
+    ],
+)
+def test_a_model_says_why_it_has_a_drag(
+    errors: list[list[float]], drag_per_s: float | None, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    still = np.zeros(flown(0.4).time_s.size)
+    record = replace(
+        flown(0.4),
+        autopilot=Autopilot.PX4,
+        height_above_home_m=still + 30.0,
+        reference_height_m=still + 30.0,
+        climb_m_s=still,
+    )
+    monkeypatch.setattr(assembly, "time_errors", lambda *_: errors)
+    settings = IdentificationSettings(name="lagging", date=dt.date(2026, 1, 2), version="1")
+    model = identify_vehicle([record], settings).model
+    assert model.drag_per_s == (None if drag_per_s is None else pytest.approx(drag_per_s, rel=0.06))
+    assert any(
+        "drag_per_s is 0." in one
+        and said in one
+        and one.startswith("left out") is (drag_per_s is None)
+        for one in model.provenance.readings
+    )
