@@ -10,6 +10,7 @@ import pytest
 from reviews import TOO_FAR, missions_shown, review_app, rows_of, settled, text_of, what_if_of
 
 from planner.tui.checked import FileWatch, deciding_files
+from planner.tui.screens.checklist import ChecklistScreen
 from planner.values import replace
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.writer import write_vehicle
@@ -144,6 +145,26 @@ async def test_a_lost_mission_is_no_go_in_words_until_it_is_back() -> None:
         assert (await _looked(pilot, screen)).startswith("– NOT CHECKED")
         Path(GOOD).write_bytes(whole)
         assert (await _looked(pilot, screen)).startswith("✔ GO")
+
+
+@pytest.mark.asyncio
+async def test_a_checklist_shows_no_go_of_a_mission_that_has_changed() -> None:
+    whole = Path(GOOD).read_bytes()
+    async with review_app(GOOD).run_test(size=WIDE) as pilot:
+        await settled(pilot)
+        await pilot.press("c")
+        await pilot.pause()
+        checklist = pilot.app.screen
+        assert isinstance(checklist, ChecklistScreen)
+        checklist.watch_files()
+        assert text_of(checklist, "#verdict").startswith("✔ GO")
+        Path(GOOD).write_bytes(whole[: len(whole) // 2])
+        checklist.watch_files()
+        await pilot.pause()
+        verdict = text_of(checklist, "#verdict")
+        assert verdict.startswith("– NO VERDICT")
+        assert f"{GOOD} changed" in verdict
+        assert checklist.query_one("#who").border_title == "Nothing to sign"
 
 
 @pytest.mark.asyncio
