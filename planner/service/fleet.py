@@ -339,7 +339,7 @@ def initial_charge(pack: Pack) -> float:
     return charge
 
 
-def _is_alike(one: FleetVehicle, other: FleetVehicle) -> bool:
+def flies_alike(one: FleetVehicle, other: FleetVehicle) -> bool:
     """Return whether two vehicles fly everything alike."""
     return all(
         getattr(one, name) == getattr(other, name)
@@ -407,7 +407,7 @@ class SortieChecks:
     def _alike(self, name: str) -> str:
         """Return the first vehicle that only its name and its duties tell from another."""
         own = self._fleet.vehicles[name]
-        found = next((first for first, one in self._firsts.items() if _is_alike(one, own)), name)
+        found = next((first for first, one in self._firsts.items() if flies_alike(one, own)), name)
         self._firsts.setdefault(found, own)
         return found
 

@@ -238,6 +238,8 @@ class _Planning:
         self._is_hurried = False
         """Whether two may still come too near to each other: then the best is not looked for."""
         self._divisions: dict[tuple[int | None, ...], Candidate] = {}
+        self._by_few: dict[tuple[Candidate, int], Candidate] = {}
+        """Candidates without vehicles that so many do without."""
         self._in_layers: dict[Candidate, Candidate] = {}
         self._encounters = Encounters()
         self._meetings: dict[object, Meetings] = {}
@@ -284,6 +286,13 @@ class _Planning:
                 self._divisions[one] = self._ways.candidate(one)
         return [self._divisions[one] for one in counts]
 
+    def _few(self, candidates: Sequence[Candidate], vehicles: int) -> list[Candidate]:
+        """Return candidates without the ways of vehicles that so many do without."""
+        for one in candidates:
+            if (one, vehicles) not in self._by_few:
+                self._by_few[one, vehicles] = self._ways.by_few(one, vehicles)
+        return [self._by_few[one, vehicles] for one in candidates]
+
     def _all_candidates(self) -> list[Candidate]:
         """Return those for every number of vehicles; the first only, where the search is cut short."""
         found: dict[Candidate, None] = {}
@@ -298,7 +307,7 @@ class _Planning:
         endless = replace(self._ways.means(), latest_s=math.inf)
         found = self._judged(
             Objective.MAKESPAN,
-            self._candidates(vehicles),
+            self._few(self._candidates(vehicles), vehicles),
             endless,
             vehicles=vehicles,
             repairs=_ROW_REPAIRS,
@@ -326,7 +335,7 @@ class _Planning:
         """Return what takes so many vehicles or fewer least energy, in time; ``None``: none is known."""
         found = self._judged(
             Objective.ENERGY,
-            self._all_candidates(),
+            self._few(self._all_candidates(), vehicles),
             self._ways.means(),
             vehicles=vehicles,
             repairs=_ROW_REPAIRS,

@@ -18,7 +18,13 @@ from planner.mission.files import read_mission_bytes
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
 from planner.mission.lift import highest_m, lifted, why_not_lifted
-from planner.service.fleet import SortieChecks, initial_charge, pack_battery, usable_chargers
+from planner.service.fleet import (
+    SortieChecks,
+    flies_alike,
+    initial_charge,
+    pack_battery,
+    usable_chargers,
+)
 from planner.service.fleet_meetings import carry_shifts, pad_shifts
 from planner.service.split import split_under
 from planner.values import Value, field, replace
@@ -313,7 +319,8 @@ class Ways:
         places = sorted(candidate.met - {place for place, _ in candidate.lifts})
         flights = [*candidate.flights]
         wide = sum(len(flights[place]) for place in places)
-        most = min(len(candidate.met), max(_MOST_LIFTED // max(wide, 1), 1))
+        flying = len({way.sortie.vehicle for ways in flights for way in ways})
+        most = min(len(candidate.met), flying, max(_MOST_LIFTED // max(wide, 1), 1))
         lifts = dict(candidate.lifts)
         for place in places:
             for below, way in enumerate(candidate.flights[place]):
@@ -348,6 +355,39 @@ class Ways:
             flown = self.checks.flown(replace(way.sortie, mission=path), self._full(way.sortie))
             if flown.result.verdict == "go":
                 yield height_m - top_m, flown
+
+    def by_few(self, candidate: Candidate, vehicles: int) -> Candidate:
+        """Return a candidate without ways of vehicles that are one too many of their kind to be needed.
+
+        So many vehicles do with the first so many of those that are alike.
+        """
+        by_kind: dict[str, set[str]] = {}
+        for name in self._fleet.vehicles:
+            by_kind.setdefault(self._kind(name), set())
+            if len(by_kind[self._kind(name)]) < vehicles:
+                by_kind[self._kind(name)].add(name)
+        kept = set().union(*by_kind.values())
+        if len(kept) == len(self._fleet.vehicles):
+            return candidate
+        flights = tuple(
+            tuple(way for way in ways if way.sortie.vehicle in kept) for ways in candidate.flights
+        )
+        return self._of_flights(candidate.parts, flights)
+
+    def _kind(self, name: str) -> str:
+        """Return the first vehicle that only its name tells from another."""
+        vehicles = self._fleet.vehicles
+        return next(
+            other
+            for other, one in vehicles.items()
+            if flies_alike(one, vehicles[name]) and self._duties(other) == self._duties(name)
+        )
+
+    def _duties(self, name: str) -> tuple[object, ...]:
+        """Return what a vehicle can be used for: with what, when, on which packs."""
+        own = self._fleet.vehicles[name]
+        packs = [one.name for one in self._fleet.packs.values() if not one.fits or name in one.fits]
+        return own.equipment, own.available_from_s, own.available_until_s, packs
 
     def _option(self, flown: FlownSortie) -> Option:
         name = flown.sortie.pack

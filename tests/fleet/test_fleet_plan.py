@@ -23,7 +23,7 @@ from planner.report.fleet import plan_text
 from planner.report.text import Medium
 from planner.service.fleet import SortieChecks, check_fleet
 from planner.service.fleet_plan import PLAN_FILE, FleetPlan, plan_fleet, write_plan
-from planner.service.fleet_ways import Candidate
+from planner.service.fleet_ways import Candidate, Ways
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -272,6 +272,20 @@ def test_alike_vehicles_share_their_checks(tmp_path: Path) -> None:
     )
     assert one is alike
     assert laden is not one
+
+
+def test_vehicles_that_nothing_tells_apart_are_looked_at_as_many_as_fly(tmp_path: Path) -> None:
+    write_mission(OUT, tmp_path / "out.plan")
+    text = 'schema = 1\n[job.out]\nmission = "out.plan"\n' + SEPARATION
+    for name, more in (("a", ""), ("b", ""), ("c", ""), ("later", "available_from_s = 60\n")):
+        text += f'[vehicle.{name}]\nmodel = "arducopter-sitl-quad"\n{more}'
+    (tmp_path / "fleet.toml").write_text(text, encoding="utf-8")
+    ways = Ways(read_fleet(tmp_path / "fleet.toml"), tmp_path)
+    every = ways.candidate((None,))
+    flown_by = [
+        [one.vehicle for one in ways.by_few(every, count).tasks[0].options] for count in (1, 2, 3)
+    ]
+    assert flown_by == [["a", "later"], ["a", "b", "later"], ["a", "b", "c", "later"]]
 
 
 def test_of_a_search_that_is_cut_short_the_wait_on_the_ground_is_flown(tmp_path: Path) -> None:
