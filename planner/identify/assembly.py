@@ -384,6 +384,7 @@ def assemble_model(
         *parts.power.readings,
         *pack.readings,
         *_air_readings(records, settings, parts),
+        *_contradicted_readings(records, lean),
     ]
     noise_m, noise_off, noise_readings = _position_noise(records, settings)
     readings += noise_readings
@@ -426,7 +427,8 @@ def assemble_model(
     if drag is not None:
         model = _with_drag_that_shows(model, drag, of_base, records, settings)
     if reference is not Autopilot.STEP:
-        spread = left_out_spread(model, records, parts.steady, settings)
+        agreeing = [one for place, one in enumerate(records) if place not in lean.contradicted]
+        spread = left_out_spread(model, agreeing, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
         spread = ramp_spread(records, settings)
     if spread is not None:
@@ -653,6 +655,15 @@ def _refuse_lacking_motion(
             "needs both altitude and speed; fly them, or name a base model with --base"
         )
         raise IdentificationError(msg)
+
+
+def _contradicted_readings(records: Sequence[FlightRecord], lean: LeanFlight) -> list[str]:
+    """Return what is said of the flights that lean too little for the drag of the others."""
+    return [
+        f"{Path(records[place].source).name}#{records[place].number}: it leans less than the drag of the "
+        "other flights asks for: taken for flown with the wind, and left out of drag and deviations."
+        for place in sorted(lean.contradicted)
+    ]
 
 
 def _air_readings(

@@ -79,13 +79,13 @@ class LeanFlight(Value):
     air_density_kg_m3: float | None = None
     """Of the air that all airspeeds are those in; ``None``: not known."""
 
-    is_contradicted: bool = False
-    """Whether a flight in one direction leans less than others let it: it had the wind behind it."""
+    contradicted: frozenset[int] = frozenset()
+    """Places of the flights that lean less than others let them: they had the wind behind them."""
 
     @property
     def shown_airspeed_m_s(self) -> float | None:
         """Most that a flown airspeed may be where flights contradict each other; ``None``: anything."""
-        if not self.is_contradicted:
+        if not self.contradicted:
             return None
         return self.airspeed_limit_m_s or self.sure_airspeed_m_s
 
@@ -155,13 +155,17 @@ def identified_lean(
         for record, own, air in zip(records, times, thinner, strict=True)
     ]
     flown = [one for one in flights if one]
-    # where all are contradicted, the least of them counts
-    kept = [one for one in flown if not _is_contradicted(one, flown)] or flown
+    contradicted = frozenset(
+        place for place, one in enumerate(flights) if one and _is_contradicted(one, flown)
+    )
+    kept = [one for place, one in enumerate(flights) if one and place not in contradicted]
+    if not kept:  # the least of them counts
+        contradicted, kept = frozenset(), flown
     found = _of_flights(kept, base, densest)
     if found is None:
         assert base is not None
         return _of_base(base)
-    found = replace(found, is_contradicted=len(kept) < len(flown))
+    found = replace(found, contradicted=contradicted)
     if densest is None:
         return found
     sure_m_s = found.sure_airspeed_m_s
