@@ -280,7 +280,11 @@ def cut_short_text(plan: FleetPlan) -> str:
     """Return why the search ended before its time; empty where it did not."""
     if not plan.cut_short:
         return ""
-    return f"The search was cut short ({plan.cut_short}): another time it may find another plan."
+    text = f"The search was cut short ({plan.cut_short}): another time it may find another plan."
+    last = max((row.vehicles for row in plan.rows), default=0)
+    if last < len(plan.fleet.vehicles):
+        text += f" The table ends with {quantity.count(last, 'vehicle')}: more were not looked at."
+    return text
 
 
 def plan_json(plan: FleetPlan, *, version: str) -> str:

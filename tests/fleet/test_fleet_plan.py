@@ -333,6 +333,7 @@ def test_a_search_that_is_cut_short_still_ends_with_a_whole_plan(tmp_path: Path)
     assert len(made.rows) == 1
     told = plan_text(made, medium=Medium(width=200))
     assert "The search was cut short (it was interrupted)" in told
+    assert "The table ends with 1 vehicle: more were not looked at." in told
     assert planned(tmp_path, TWO, patience=Patience(0.0)).cut_short == "its 0 s were over"
 
 
