@@ -17,7 +17,7 @@ from planner.errors import IdentificationError
 from planner.findings import Rule, Severity
 from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
-from planner.identify.flown_mission import flown_parameters, flown_position_noise_m
+from planner.identify.flown_mission import flown_parameters, flown_position_noise_m, loads_let_go
 from planner.identify.lag import identify_drag, times_allow_drag
 from planner.identify.lean import identified_lean
 from planner.identify.leant_wind import leant_wind_readings
@@ -363,6 +363,8 @@ def assemble_model(
     outcomes.append(of_battery)
     findings = list(dict.fromkeys(f for record in records for f in record.findings))
     findings += pack.findings
+    for record in records:
+        findings += loads_let_go(record, settings.conditions_of(record).payload_kg)
     parameters: tuple[tuple[str, float], ...] = ()
     times_heavier = [settings.times_heavier(record) for record in records]
     if reference is Autopilot.STEP:

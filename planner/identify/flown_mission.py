@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.segments import find_states
 from planner.logs.record import AUTO, AUTO_MISSION, Boundary, LoggedItem
-from planner.mission.commands import Command
+from planner.mission.commands import Command, command_name
 from planner.mission.items import (
     Home,
     Mission,
@@ -23,6 +24,7 @@ from planner.mission.items import (
     VehicleEvidence,
     VehicleKind,
 )
+from planner.mission.parts import UNLOADING
 from planner.physics.wind import Wind
 from planner.setup import MOST_NOISE_M
 from planner.values import Value, field_values, replace
@@ -68,6 +70,33 @@ def flown_mission(record: FlightRecord) -> Mission:
             kind=VehicleKind.MULTICOPTER, is_certain=True, reason="it is the mission of a log"
         ),
         findings=tuple(_findings(record, [n for n in numbers if n not in logged])),
+    )
+
+
+LOAD_LET_GO = Rule(
+    "I114 load-let-go",
+    Severity.WARNING,
+    summary="A payload is given for all of a flight that may have put it down on the way.",
+    why="The flight without it counts as one with it: a hover took 409 W of 545 (a delivery of 1 kg by a "
+    "vehicle of 3 kg), and a flight that carries it all the way 16 % more than predicted.",
+    how="A log with a payload whose mission has NAV_PAYLOAD_PLACE, a gripper, a winch, an actuator, a servo, "
+    "a relay, an auxiliary function or a sprayer, or that stood on the ground between parts of its flight.",
+    fix="use flights that carry one payload all the way, or give none for those that hardly carried it",
+)
+
+
+def loads_let_go(record: FlightRecord, payload_kg: float | None) -> Iterator[Finding]:
+    """Yield that a payload may not have been carried all the way."""
+    if not payload_kg:
+        return
+    lets_go = sorted({one.command for one in record.mission_items} & UNLOADING)
+    in_air = np.flatnonzero(~record.is_landed)
+    stood = in_air.size and record.is_landed[in_air[0] : in_air[-1]].any()
+    if not lets_go and not stood:
+        return
+    does = f"its mission has {command_name(lets_go[0])}" if lets_go else "it landed on the way"
+    yield LOAD_LET_GO.finding(
+        f"{record.source}: {quantity.mass(payload_kg)} of payload count all the way, but {does}"
     )
 
 

@@ -29,7 +29,7 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.battery import PackSettings, identify_battery
-from planner.identify.flown_mission import flown_parameters
+from planner.identify.flown_mission import flown_parameters, loads_let_go
 from planner.identify.lean import identified_lean
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.identify.log_table import LogTable
@@ -242,7 +242,12 @@ def refine_vehicle(
         spread=power.spread,
         provenance=narrowed_provenance(vehicle.provenance, records, power),
     )
-    return Refinement(model=model, power=power, findings=(*differing, *power.findings))
+    let_go = [
+        finding
+        for record, own in zip(records, conditions, strict=True)
+        for finding in loads_let_go(record, own.payload_kg)
+    ]
+    return Refinement(model=model, power=power, findings=(*differing, *let_go, *power.findings))
 
 
 def narrowed_power(

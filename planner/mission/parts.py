@@ -35,7 +35,7 @@ _START_IMAGES, _STOP_IMAGES, _START_VIDEO, _STOP_VIDEO = 2000, 2001, 2500, 2501
 _ONE_IMAGE = 1.0
 _OF_AN_OUTPUT = frozenset({_RELAY, _SERVO, _AUXILIARY})
 _REPEAT_RELAY, _REPEAT_SERVO = 182, 184
-_UNLOADING = frozenset(
+UNLOADING = frozenset(
     {
         *(Command.NAV_PAYLOAD_PLACE, Command.DO_GRIPPER, Command.DO_WINCH),
         *(_REPEAT_RELAY, _REPEAT_SERVO, _ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT),
@@ -139,7 +139,7 @@ def is_output(item: MissionItem) -> bool:
 def keeps_load(mission: Mission, route: Route) -> bool:
     """Return whether a vehicle carries all the way what it carries: nothing lets go of it, nor lands."""
     starts = route.rows_of(StageKind.TAKEOFF)
-    return len(starts) <= 1 and not mission.commands & _UNLOADING
+    return len(starts) <= 1 and not mission.commands & UNLOADING
 
 
 def is_relative_yaw(item: MissionItem) -> bool:

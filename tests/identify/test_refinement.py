@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from dataflash_writer import copter_log
+from made_record import make_record
 from rule_cases.flight_log import records_of
 
 import planner
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import IdentificationSettings
+from planner.identify.flown_mission import loads_let_go
 from planner.identify.identification import identify_vehicle
 from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import PowerUpdate, narrowed_power, refine_vehicle
 from planner.identify.segments import MeasuredPower
+from planner.logs.record import LoggedItem
 from planner.notation import read_battery
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import field_values, replace
@@ -375,3 +378,25 @@ def test_logs_without_power_are_refused_with_what_to_log() -> None:
     silent = replace(record, power_w=np.full_like(record.power_w, np.nan))
     with pytest.raises(IdentificationError, match="log battery voltage and current"):
         refine_vehicle(_sheet(), [silent])
+
+
+@pytest.mark.parametrize(
+    ("payload_kg", "command", "lands_s", "is_told"),
+    [
+        (1.0, 211, 0.0, True),  # DO_GRIPPER
+        (1.0, 183, 0.0, True),  # DO_SET_SERVO
+        (1.0, 16, 0.0, False),
+        (1.0, 16, 2.0, True),
+        (0.0, 211, 2.0, False),
+        (None, 211, 0.0, False),
+    ],
+)
+def test_a_payload_that_may_have_been_put_down_is_told(
+    payload_kg: float | None, command: int, lands_s: float, *, is_told: bool
+) -> None:
+    is_landed = np.zeros(600, np.bool_)
+    is_landed[:50] = is_landed[-50:] = True
+    is_landed[300 : 300 + round(10.0 * lands_s)] = True
+    record = make_record(is_landed=is_landed)
+    record = replace(record, mission_items=(LoggedItem(1, command, 3, *[0.0] * 7),))
+    assert [one.code for one in loads_let_go(record, payload_kg)] == ["I114"] * is_told

@@ -20,6 +20,7 @@ from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import refine_vehicle
 from planner.identify.responses import FittedResponse, _without_what_is_not_shown
 from planner.identify.segments import StateOutcome
+from planner.logs.record import LoggedItem
 from planner.physics.response import TransferFunction
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 OF_2_KG = LogTable(of_all=LogConditions(mass_kg=2.0))
+LOADED = LogTable(of_all=LogConditions(mass_kg=1.8, payload_kg=0.2))
+GRIPPER = LoggedItem(1, 211, 2, *[0.0] * 7)
 PACK = PackSettings(capacity_ah=5.0)
 
 
@@ -184,5 +187,10 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported(again(voltage_v=copter().voltage_v - 0.1), pack=PACK),
         boundary=lambda: reported(pack=PACK),
         silent=lambda: reported(again(voltage_v=copter().voltage_v + 0.8), pack=PACK),
+    ),
+    "I114": RuleCases(
+        fires=lambda: reported(again(mission_items=(GRIPPER,)), logs=LOADED),
+        boundary=lambda: reported(again(mission_items=(GRIPPER,))),  # without a payload
+        silent=lambda: reported(logs=LOADED),
     ),
 }
