@@ -19,7 +19,7 @@ from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters, flown_position_noise_m, loads_let_go
 from planner.identify.lag import identify_drag, times_allow_drag
-from planner.identify.lean import identified_lean
+from planner.identify.lean import identified_lean, one_way_findings
 from planner.identify.leant_wind import leant_wind_readings
 from planner.identify.log_table import LogTable
 from planner.identify.manoeuvres import ResponseKind
@@ -365,6 +365,7 @@ def assemble_model(
     findings += pack.findings
     for record in records:
         findings += loads_let_go(record, settings.conditions_of(record).payload_kg)
+    findings += one_way_findings(records)
     parameters: tuple[tuple[str, float], ...] = ()
     times_heavier = [settings.times_heavier(record) for record in records]
     if reference is Autopilot.STEP:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.findings import Rule, Severity
 from planner.identify.segments import climb_rate_m_s, is_steady, run_bounds, speed_through_air_m_s
 from planner.identify.uncertainty import rounded
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -20,6 +21,7 @@ from planner.vehicle.parameters.table import parameter_table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.findings import Finding
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import VehicleModel
 
@@ -179,9 +181,44 @@ def _is_one_way(record: FlightRecord) -> bool:
     """Return whether the level flight of a record heads one way, in a wind that nothing tells."""
     if np.isfinite(record.airspeed_m_s).any():
         return False
+    return _point_one_way(_ways(record))
+
+
+def _ways(record: FlightRecord) -> list[complex]:
+    """Return the directions of the level flight of a record, north and east as real and imaginary."""
     way = record.velocity_north_m_s + 1j * record.velocity_east_m_s
-    ways = [complex(way[part].mean()) for part in level_parts(record)]
-    return bool(ways) and float(abs(np.mean([one / abs(one) for one in ways]))) > _ONE_WAY
+    means = [complex(way[part].mean()) for part in level_parts(record)]
+    return [one / abs(one) for one in means]
+
+
+def _point_one_way(ways: Sequence[complex]) -> bool:
+    return bool(ways) and float(abs(np.mean(ways))) > _ONE_WAY
+
+
+ONE_WAY = Rule(
+    "I115 one-way-in-unknown-wind",
+    Severity.WARNING,
+    summary="All level flight of the logs heads one way, in a wind that nothing tells.",
+    why="Speeds over ground count as airspeeds: with 6 m/s behind it a vehicle that holds 10 m/s is taken "
+    "for one that holds 15, and flights against that wind fell.",
+    how="No log holds an airspeed or a wind, nor tells a wind by its lean, and the steady level flight of "
+    "all heads one way: the mean of its directions is longer than 0.9.",
+    fix="add a flight that goes there and back at one height",
+)
+
+
+def one_way_findings(records: Sequence[FlightRecord]) -> list[Finding]:
+    """Return that no flight shows what of its speeds is wind."""
+    flying = [one for one in records if level_parts(one)]
+    known = (np.isfinite([one.airspeed_m_s, one.wind_north_m_s]).any() for one in flying)
+    if any(known) or not _point_one_way([way for one in flying for way in _ways(one)]):
+        return []
+    names = ", ".join(f"{one.source}#{one.number}" for one in flying)
+    return [
+        ONE_WAY.finding(
+            f"{names}: one way only, and no wind known: speeds over ground count as airspeeds"
+        )
+    ]
 
 
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:

@@ -30,7 +30,7 @@ from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters, loads_let_go
-from planner.identify.lean import identified_lean
+from planner.identify.lean import identified_lean, one_way_findings
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.identify.log_table import LogTable
 from planner.identify.segments import (
@@ -247,7 +247,11 @@ def refine_vehicle(
         for record, own in zip(records, conditions, strict=True)
         for finding in loads_let_go(record, own.payload_kg)
     ]
-    return Refinement(model=model, power=power, findings=(*differing, *let_go, *power.findings))
+    return Refinement(
+        model=model,
+        power=power,
+        findings=(*differing, *let_go, *one_way_findings(records), *power.findings),
+    )
 
 
 def narrowed_power(

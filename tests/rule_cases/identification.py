@@ -107,6 +107,14 @@ def reported(
     return [finding for finding in found if finding.message.startswith(about)]
 
 
+def turned_back() -> FlightRecord:
+    """Return the flight to the other side."""
+    return again(
+        velocity_north_m_s=-copter().velocity_north_m_s,
+        velocity_east_m_s=-copter().velocity_east_m_s,
+    )
+
+
 def of_a_delay_as_large_as_its_error() -> tuple[str, ...]:
     """Return what a fit does not show whose delay is 0.1 ± 0.1 s."""
     system = TransferFunction(numerator=(0.05,), denominator=(1.0, 0.2, 0.05), delay_s=0.1)
@@ -192,5 +200,10 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: reported(again(mission_items=(GRIPPER,)), logs=LOADED),
         boundary=lambda: reported(again(mission_items=(GRIPPER,))),  # without a payload
         silent=lambda: reported(logs=LOADED),
+    ),
+    "I115": RuleCases(
+        fires=reported,
+        boundary=lambda: reported(copter(), turned_back()),
+        silent=lambda: reported(again(airspeed_m_s=copter().velocity_north_m_s)),
     ),
 }
