@@ -17,6 +17,7 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Method, Parts, assemble_model
 from planner.identify.battery import PackSettings
+from planner.identify.lean import knows_wind
 from planner.identify.leant_wind import with_leant_wind
 from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
 from planner.identify.power import (
@@ -183,7 +184,10 @@ def _identify_shaped(
         cuts += cut_manoeuvres(record)
     refuse_impossible_mass(steady)
     power = identify_power(
-        steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
+        steady,
+        refusals=refusals,
+        mass_deviation_kg=settings.payload_deviation_kg,
+        is_wind_known=all(knows_wind(one) for one in records),
     )
     return Parts(
         power=replace(power, loads=_loads(records)),

@@ -207,11 +207,17 @@ ONE_WAY = Rule(
 )
 
 
+def knows_wind(record: FlightRecord) -> bool:
+    """Return whether a record tells speeds through the air from those over ground."""
+    return bool(np.isfinite([record.airspeed_m_s, record.wind_north_m_s]).any())
+
+
 def one_way_findings(records: Sequence[FlightRecord]) -> list[Finding]:
     """Return that no flight shows what of its speeds is wind."""
     flying = [one for one in records if level_parts(one)]
-    known = (np.isfinite([one.airspeed_m_s, one.wind_north_m_s]).any() for one in flying)
-    if any(known) or not _point_one_way([way for one in flying for way in _ways(one)]):
+    if any(map(knows_wind, flying)) or not _point_one_way(
+        [way for one in flying for way in _ways(one)]
+    ):
         return []
     names = ", ".join(f"{one.source}#{one.number}" for one in flying)
     return [

@@ -80,18 +80,20 @@ def identify_power(
     *,
     refusals: Sequence[SegmentUse] = (),
     mass_deviation_kg: float = 0.0,
+    is_wind_known: bool = False,
 ) -> PowerIdentification:
     """Identify the steady power by momentum theory, else by tables.
 
     ``mass_deviation_kg`` is the standard deviation of a mass that is not known from flight to
-    flight.
+    flight; ``is_wind_known`` says that speeds through the air are known, not those over ground alone.
     """
     if not steady:
         why = refusals[0].refusal if refusals else "no flight is steady for 3 s"
         return PowerIdentification(outcomes=(StateOutcome.left_out("hover", why, refusals),))
     hovers = [f for f in steady if cell_of(f) == (0, 0)]
-    # in a wind nothing is at rest: then two airspeeds have to do, for tables begin at a hover
-    least = LEAST_AIRSPEEDS if hovers else 2
+    # in a wind nothing is at rest: then two airspeeds have to do, for tables begin at a hover; speeds over
+    # ground, of ways with the wind, are none: two of them gave a law by which a go fell
+    least = 2 if is_wind_known and not hovers else LEAST_AIRSPEEDS
     try:
         return _by_momentum_theory(steady, tuple(refusals), mass_deviation_kg, least=least)
     except IdentificationError as error:
