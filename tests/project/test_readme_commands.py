@@ -70,7 +70,7 @@ def test_every_command_runs_as_it_is_written(
         shutil.copytree(ROOT / folder, folder)
     for log in ("hover.BIN", "cruise.BIN"):
         Path(log).write_bytes(copter_log().content())
-    monkeypatch.setattr("planner.cli.review._refuse_terminal", lambda _: None)
+    monkeypatch.setattr("planner.cli.review._refuse_terminal", lambda *_: None)
     monkeypatch.setattr("planner.tui.app.ReviewApp.run", lambda _: None)
     ended = {}
     for command in COMMANDS:

@@ -108,7 +108,7 @@ async def test_every_problem_of_a_fleet_file_is_told_and_none_of_its_old_verdict
 def test_what_a_fleet_says_of_each_vehicle_is_no_option_of_its_review(
     fleet: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("planner.cli.review._refuse_terminal", lambda _: None)
+    monkeypatch.setattr("planner.cli.review._refuse_terminal", lambda *_: None)
     told = ["review", str(fleet), "--vehicle", "falkowski-2023-quadrotor"]
     assert main(told) == ExitCode.UNUSABLE
     assert "--vehicle is not for a fleet" in capsys.readouterr().err
