@@ -61,6 +61,7 @@ SUBJECTS: Mapping[str, tuple[Need[Any], ...]] = {
     "way_back": (PARAMETERS,),
     "takeoff_speed": (PARAMETERS,),
     "needed_heading": (PARAMETERS,),
+    "acceptance_radius": (PARAMETERS,),
     "arming": (PARAMETERS,),
     "ground_wait": (),
     "control": (PARAMETERS,),

@@ -53,6 +53,12 @@ def turning_away(speed_m_s: float, radius_m: float) -> Mission:
     return mission(takeoff(20), speed(speed_m_s), first, second, rtl())
 
 
+def reached_within(radius_m: float) -> Mission:
+    """Return a flight to 100 m and to 200 m north, the farther one reached within so much."""
+    there = item(16, north(200.0), 20.0, params=(0.0, radius_m, 0.0, None))
+    return mission(takeoff(20), waypoint(100, 20), there, rtl())
+
+
 def delay(seconds: float, hour: float = -1.0) -> MissionItem:
     return item(93, frame=2, params=(seconds, hour, 30.0 if hour >= 0.0 else -1.0, -1.0))
 
@@ -139,6 +145,12 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: found(placing(19.9), ARDUPILOT),
         boundary=lambda: found(placing(20.0), ARDUPILOT),
         silent=lambda: found(placing(0.0), ARDUPILOT),
+    ),
+    "T126": RuleCases(
+        # 200 m north of a place 100 m north of home, which is reached from 2 m: 102 m.
+        fires=lambda: found(reached_within(102.1), PX4),
+        boundary=lambda: found(reached_within(101.9), PX4),
+        silent=lambda: found(reached_within(102.1), ARDUPILOT),
     ),
     "T125": RuleCases(
         # Flown by a build of PX4: at 8 m/s 85 s longer, at 5 m/s not.
