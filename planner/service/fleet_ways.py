@@ -101,7 +101,8 @@ class Candidate(Value, eq=False):
             pairs = [((at[0][0], ladders[0][one]), (at[1][0], ladders[1][one])) for one in by_m]
         for pair in pairs:
             own = _joined([*closed, *self.conflicts.get(pair, ())])
-            self.conflicts.update(dict.fromkeys(self._alike(pair, own), own))
+            for one in self._alike(pair, own):  # which may have others of their own
+                self.conflicts[one] = _joined([*own, *self.conflicts.get(one, ())])
 
     def _alike(self, pair: _Pair, closed: Sequence[tuple[float, float]]) -> Iterator[_Pair]:
         """Yield the pairs of flights that are the same as two but for which of alike vehicles fly them.

@@ -258,6 +258,23 @@ def test_what_is_found_of_two_flights_holds_by_alike_vehicles(
     assert made.conflicts == dict.fromkeys(others | same if by_one else others, ((-1.0, 2.0),))
 
 
+def test_what_one_vehicle_must_not_have_stays_beside_what_is_found_of_alike_ones() -> None:
+    """That it is carried back takes 60 s: whatever is found of two vehicles, it is not there before."""
+    option = Option(vehicle="a", duration_s=10.0, energy_wh=1.0)
+    options = (option, replace(option, vehicle="b"))
+    alike = {(task, number): (0, 1) for task in (0, 1) for number in (0, 1)}
+    made = Candidate(
+        parts=(),
+        flights=(),
+        tasks=(Task(name="one", options=options), Task(name="two", options=options)),
+        conflicts={((0, 0), (1, 0)): ((-70.0, 70.0),)},
+        alike=alike,
+    )
+    made.close(((0, 0), (1, 1)), [(-1.0, 2.0)])
+    assert made.conflicts[(0, 0), (1, 0)] == ((-70.0, 70.0),)
+    assert made.conflicts[(0, 1), (1, 0)] == ((-1.0, 2.0),)
+
+
 def test_alike_vehicles_share_their_checks(tmp_path: Path) -> None:
     write_mission(OUT, tmp_path / "out.plan")
     text = 'schema = 1\n[job.out]\nmission = "out.plan"\n' + SEPARATION
