@@ -138,6 +138,10 @@ def deciding_files(file: str, what_if: WhatIf) -> tuple[Path, ...]:
     return tuple(dict.fromkeys((Path(file), *named, *settings)))
 
 
+WATCH_S = 1.0
+"""How often the files of one mission are looked at. [s]"""
+
+
 class FileWatch:
     """When files were written, as far as they were looked at."""
 

@@ -169,6 +169,10 @@ class Summary(Value):
     not_checked: str = ""
     """How many rules were not checked; empty where all were."""
 
+    def without_verdict(self, why: str) -> Summary:
+        """Return it where its verdict no longer holds, and why."""
+        return replace(self, verdict="NO VERDICT", is_go=False, file=f"{self.file}  {why}")
+
 
 def left_open_text(checked: Sequence[LedgerEntry]) -> str:
     """Return how many rules were not checked; nothing where all were."""

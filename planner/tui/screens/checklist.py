@@ -18,12 +18,12 @@ from planner.notation import wind_text
 from planner.report.sign_off import decision_of, write_sign_off
 from planner.report.text import finding_tally, left_unchecked, printable
 from planner.rules.ledger import Outcome
-from planner.tui.checked import FileWatch, deciding_files
+from planner.tui.checked import WATCH_S, FileWatch, deciding_files
 from planner.tui.details import checked_summary
 from planner.tui.rows import LEFT_OPEN, MARKS, finding_line
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.row_list import RowList, Table, TableColumn
-from planner.values import Value, replace
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -208,8 +208,6 @@ def sign(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> P
 
 
 _TO_SIGN = "n to sign"
-_WATCH_S = 1.0
-"""How often the files are looked at. [s]"""
 
 
 class ChecklistScreen(Screen[None]):
@@ -254,14 +252,13 @@ class ChecklistScreen(Screen[None]):
             "Release this GO for flight" if is_go else f"Refuse this {brief.verdict}"
         )
         self.query_one("#checklist").focus()
-        self.set_interval(_WATCH_S, self.watch_files)
+        self.set_interval(WATCH_S, self.watch_files)
 
     def watch_files(self) -> None:
         """Show no verdict any more where a file that decides it was written since."""
         if changed := self._files.changed():
             why = f"{changed[0].name} changed since it was checked: go back, and through what is found now"
-            brief = checked_summary(self._checked)
-            gone = replace(brief, verdict="NO VERDICT", is_go=False, file=f"{brief.file}  {why}")
+            gone = checked_summary(self._checked).without_verdict(why)
             self.query_one(VerdictStrip).show(gone, note="")
             self.query_one("#who").border_title = "Nothing to sign"
 

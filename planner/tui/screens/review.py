@@ -14,13 +14,12 @@ from textual.worker import get_current_worker
 
 from planner import quantity
 from planner.errors import MavjouleError, bug_text
-from planner.tui.checked import FileWatch, checked, deciding_files
+from planner.tui.checked import WATCH_S, FileWatch, checked, deciding_files
 from planner.tui.details import checked_summary, differences
 from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.panes import PANES, PaneBar, Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.what_if_form import WhatIfForm
-from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,10 +71,6 @@ ReviewScreen.-wide.-high .pane:focus, ReviewScreen.-wide.-high .pane:focus-withi
 }
 ReviewScreen.-wide.-high #what-if { row-span: 3; }
 """
-
-
-WATCH_S = 1.0
-"""How often the files are looked at. [s]"""
 
 
 class ReviewScreen(Screen[None]):
@@ -168,8 +163,7 @@ class ReviewScreen(Screen[None]):
         why = self.unknown()
         if not why:
             return brief
-        last = f"{why}; last verdict: {brief.verdict}"
-        return replace(brief, verdict="NO VERDICT", is_go=False, file=f"{brief.file}  {last}")
+        return brief.without_verdict(f"{why}; last verdict: {brief.verdict}")
 
     def unknown(self) -> str:
         """Return why there is no verdict of what is asked for; empty where there is one."""
