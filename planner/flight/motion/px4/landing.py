@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -125,13 +125,12 @@ def add_landings(
     move = np.flatnonzero(lands)
     if not len(move):
         return
-    landing = legs.select(move)
-    descents = _Descents.over(landing)
-    lower_m = np.maximum(-landing.planned.target_m[:, 2], 0.0)
-    descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters, lower_m)
+    descents = _Descents.over(legs, move)
+    lower_m = np.maximum(-descents.ground_m[:, 2], 0.0)
+    descents.fall(DescentProfile.of(parameters), -legs.velocity_m_s[move, 2], parameters, lower_m)
     descents.add_to(pieces, move)
     disarm_s = np.where(is_return[move], max(parameters.disarm_delay_s, 0.0), 0.0)
-    grounded_s = LANDED_AFTER_S + disarm_s + landing.planned.hold_s
+    grounded_s = LANDED_AFTER_S + disarm_s + legs.planned.hold_s[move]
     order = len(descents.parts)
     pieces.add_lines(Places(move, order, RAMP, grounded_s, is_grounded=True), descents.touched_m())
 
@@ -152,28 +151,28 @@ class _Descents:
     """Start, duration, cubic of the height, amplitude and rate of its exponential."""
 
     @classmethod
-    def over(cls, legs: Px4Legs) -> _Descents:
-        """Return landings about to begin.
+    def over(cls, legs: Px4Legs, move: IntArray) -> _Descents:
+        """Return landings, which some moves are, about to begin.
 
         The offset from the place landed on dies away at the rate r of the speed allowed at its beginning.
         What the velocity has beyond that, Δ, does so besides at s = r + a/|Δ|, which asks for the
         acceleration a about: −Δ/(s − r) e^(−s t), taken from the amplitude of the other.
         """
-        parameters = legs.parameters
-        ground = legs.planned.target_m
-        offset = (legs.place_m - ground)[:, :2]
+        parameters, ground = legs.parameters, legs.planned.target_m[move]
+        above = legs.place_m[move] - ground
+        offset = above[:, :2]
         off = horizontal(offset)
         allowed = allowed_speed_m_s(off, 0.0, parameters.acceleration_m_s2, parameters.jerk_m_s3)
-        allowed = np.minimum(allowed, legs.planned.speed_m_s)
+        allowed = np.minimum(allowed, legs.planned.speed_m_s[move])
         rate = quotient(allowed, off, 1.0, above=_OVER_M)
-        beyond = legs.velocity_m_s[:, :2] + rate[:, None] * offset
+        beyond = legs.velocity_m_s[move, :2] + rate[:, None] * offset
         faster = parameters.acceleration_m_s2 / np.maximum(horizontal(beyond), _BEYOND_M_S)
         passing = -beyond / faster[:, None]
         return cls(
             ground_m=ground,
             settling_m=np.stack((offset - passing, passing), axis=-1),
             settling_per_s=np.column_stack((rate, rate + faster)),
-            height_m=np.maximum((legs.place_m - ground)[:, 2], 0.0),
+            height_m=np.maximum(above[:, 2], 0.0),
             elapsed_s=np.zeros_like(off),
             parts=[],
         )
@@ -423,6 +422,16 @@ class Takeoffs(Columns, eq=False):
     """Where the climb becomes a leg. (k, 3) [m]"""
     is_free: BoolArray
     """Whether that is climbed at MPC_Z_V_AUTO_UP; else MPC_TKO_SPEED holds to the end."""
+
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """Return those of moves that are none."""
+        return cls(
+            speed_m_s=np.zeros(count),
+            rise_s=np.zeros(count),
+            place_m=np.zeros((count, 3)),
+            is_free=np.zeros(count, dtype=np.bool_),
+        )
 
 
 def takeoff_band_m(height_m: FloatArray, parameters: Px4Parameters) -> FloatArray:

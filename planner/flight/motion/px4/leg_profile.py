@@ -37,51 +37,48 @@ def steep_moves(legs: Px4Legs) -> BoolArray:
 
 def add_legs(pieces: Px4Pieces, flown: Px4Legs) -> None:
     """Add the pieces of all legs; those of steep ones are one segment."""
-    move = np.flatnonzero(flown.planned.is_leg)
+    if not flown.planned.is_leg.any():
+        return
+    steep = steep_moves(flown)
+    _add_turns(pieces, flown)
+    _add_phases(pieces, flown, steep=steep)
+    _add_brakes(pieces, flown, steep=steep)
+
+
+def _add_turns(pieces: Px4Pieces, legs: Px4Legs) -> None:
+    """Add turns, and the braking and waiting for a heading."""
+    parameters, planned, limits = legs.parameters, legs.planned, legs.limits
+    turning = planned.is_leg & (legs.turn_s > 0.0) & ~planned.is_takeoff & ~legs.weaves.is_stepped
+    move = np.flatnonzero(turning)
     if not len(move):
         return
-    legs = flown.select(move)
-    steep = steep_moves(legs)
-    _add_turns(pieces, move, legs)
-    _add_phases(pieces, move, legs, steep=steep)
-    _add_brakes(pieces, move, legs, steep=steep)
-
-
-def _add_turns(pieces: Px4Pieces, move: IntArray, legs: Px4Legs) -> None:
-    """Add turns, and the braking and waiting for a heading."""
-    parameters = legs.parameters
-    turning = (legs.turn_s > 0.0) & ~legs.planned.is_takeoff & ~legs.weaves.is_stepped
-    if not turning.any():
-        return
-    move, legs = move[turning], legs.select(turning)
-    planned, straights = legs.planned, legs.straights
-    pausing = planned.pause_s > 0.0
-    speed = horizontal(legs.velocity_m_s)
+    pausing, whole_s = planned.pause_s[move] > 0.0, legs.turn_s[move]
+    begins, velocity, end = legs.place_m[move], legs.velocity_m_s[move], legs.straight_m[move]
+    speed = horizontal(velocity)
     braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
-    turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
-    rise = straights.rise
-    leaving = rise.from_m_s + 0.5 * legs.limits.ramp_m_s3 * rise.begun_s**2
-    after = legs.limits.direction * leaving[:, None]
+    turn_s = np.where(pausing, np.minimum(braking_s, whole_s), whole_s)
+    rise = legs.straights.rise
+    leaving = rise.from_m_s[move] + 0.5 * limits.ramp_m_s3[move] * rise.begun_s[move] ** 2
+    after = limits.direction[move] * leaving[:, None]
     # A turn that fills its leg hands on the velocity it is begun with (``ends_of_moves``).
-    after = np.where((legs.limits.length_m > STILL_M)[:, None], after, legs.velocity_m_s)
+    after = np.where((limits.length_m[move] > STILL_M)[:, None], after, velocity)
     after = np.where(pausing[:, None], 0.0, after)
-    rises = legs.straight_m[:, 2] > legs.place_m[:, 2]
     curves = Curves.between(
-        legs.place_m,
-        legs.velocity_m_s,
-        legs.straight_m,
+        begins,
+        velocity,
+        end,
         after,
         duration_s=turn_s,
-        level_m_s=planned.speed_m_s,
-        upright_m_s=vertical_limits(rises, parameters)[0],
+        level_m_s=planned.speed_m_s[move],
+        upright_m_s=vertical_limits(end[:, 2] > begins[:, 2], parameters)[0],
     )
     turning_scale = pieces.time_scale.lagging(turn_s, speed, horizontal(after))
     slot = np.where(pausing, PAUSE, RAMP)
     pieces.add_curves(Places(move, _TURN, slot, turn_s, turning_scale), curves)
-    pieces.add_lines(Places(move, _PAUSE, PAUSE, legs.turn_s - turn_s), legs.straight_m)
+    pieces.add_lines(Places(move, _PAUSE, PAUSE, whole_s - turn_s), end)
 
 
-def _add_phases(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray) -> None:
+def _add_phases(pieces: Px4Pieces, legs: Px4Legs, *, steep: BoolArray) -> None:
     """Add the phases of constant jerk along legs: ramps, cruises, onsets of braking, what is held.
 
     What of an onset keeps 98 % of the speed is still cruise.
@@ -93,7 +90,7 @@ def _add_phases(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
     ramp_jerk = np.where(slows, -1.0, 1.0) * ramps.jerk_m_s3
     kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * rise.peak_m_s / jerk)
     kept = np.minimum(kept, braking.onset_s)
-    duration, speed, acceleration, jerks, way = np.zeros((5, len(_PHASES), len(move)))
+    duration, speed, acceleration, jerks, way = np.zeros((5, len(_PHASES), len(steep)))
     duration[:_RISEN] = np.maximum(ramps.jerk_s - begun, 0.0), ramps.steady_s, ramps.back_s
     duration[_CRUISED] = quotient(straights.cruise_m, rise.peak_m_s)
     duration[_KEPT:_AT_CROSSING] = kept, braking.onset_s - kept, braking.steady_s
@@ -131,11 +128,11 @@ def _add_phases(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
     rising = np.where(legs.turn_s == 0.0, time_scales[:_RISEN], lagging)
     time_scales[:_RISEN] = np.where(steep, time_scales[:_RISEN], np.where(slows, 1.0, rising))
     time_scales[_KEPT + 1 :] = np.where(steep, time_scales[_KEPT + 1 :], 1.0)
-    phase, row = np.nonzero(duration > 0.0)
-    at, direction = (phase, row), limits.direction[row]
+    phase, move = np.nonzero((duration > 0.0) & legs.planned.is_leg)
+    at, direction = (phase, move), limits.direction[move]
     pieces.add_lines(
-        Places(move[row], _PHASES[phase], slot[at], duration[at], time_scales[at]),
-        legs.straight_m[row] + direction * way[at][:, None],
+        Places(move, _PHASES[phase], slot[at], duration[at], time_scales[at]),
+        legs.straight_m[move] + direction * way[at][:, None],
         direction,
         speed[at],
         acceleration[at],
@@ -161,7 +158,7 @@ def _braked(
     )
 
 
-def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray) -> None:
+def _add_brakes(pieces: Px4Pieces, legs: Px4Legs, *, steep: BoolArray) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
     crossing = straights.braking.crossing_m_s
@@ -169,18 +166,18 @@ def _add_brakes(pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: Bool
         (_FAR, straights.braking.far, straights.braking.joined_m_s, crossing),
         (_NEAR, straights.braking.near, crossing, straights.braking.end_m_s),
     ):
-        rows = np.flatnonzero((start > end) & (end > 0.0))
-        first, last = start[rows], end[rows]
-        aims, brakes = _braked(legs, rows, law.select(rows), first)
+        move = np.flatnonzero(legs.planned.is_leg & (start > end) & (end > 0.0))
+        first, last = start[move], end[move]
+        aims, brakes = _braked(legs, move, law.select(move), first)
         level = horizontal(brakes.direction)
         between = pieces.time_scale.between(level * first, level * last)
         pieces.add(
             Places(
-                move[rows],
+                move,
                 order,
-                np.where(steep[rows], RAMP, BRAKE),
+                np.where(steep[move], RAMP, BRAKE),
                 braking_time_s(first, last, brakes.acceleration_m_s2, brakes.half_b_m_s),
-                np.where(steep[rows], between, 1.0),
+                np.where(steep[move], between, 1.0),
             ),
             aims,
             brakes,

@@ -231,8 +231,18 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         back_m_s=_back_m_s(moves, direction, swings),
         leaves_swing=np.append(False, swings[:-1]) & ~moves.is_first & is_leg,
         is_from_ground=(moves.start_m == 0.0).all(axis=1),
-        takeoffs=make_takeoffs(begins, moves.target_m, moves.late_s, moves.parameters),
+        takeoffs=_takeoffs(moves, begins),
     )
+
+
+def _takeoffs(moves: Moves, begins_m: FloatArray) -> Takeoffs:
+    """Return the take-offs among moves. (n,)"""
+    takeoffs, rows = Takeoffs.none(len(begins_m)), np.flatnonzero(moves.is_takeoff)
+    if len(rows):
+        late_s = moves.late_s[rows]
+        made = make_takeoffs(begins_m[rows], moves.target_m[rows], late_s, moves.parameters)
+        takeoffs.put(rows, made)
+    return takeoffs
 
 
 def _aims(moves: Moves, begins_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -385,23 +395,14 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     before = np.where((before >= first) & ~moves.is_first, before, -1)
     guessed = _guessed_ends(planned)
     begun = Handed.after(before, guessed, start_m)
-    flies = np.flatnonzero(~is_landing)
-    own = begun.select(flies)
-    legs = _flown(LegStarts(**field_values(own), planned=planned.select(flies)))
-    if is_landing.any():
-        place = np.minimum(np.searchsorted(flies, rows), len(flies) - 1)
-        legs = replace(legs.select(place), planned=planned)
-        Handed.put(legs, rows, begun)
-        legs.end.put(is_landing, guessed.select(is_landing))
+    legs = _flown(LegStarts(**field_values(begun), planned=planned))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
         active = np.flatnonzero(np.append(changed, False)[before])
         begun = Handed.after(before[active], legs.end, start_m[active])
-        Handed.put(legs, active, begun)
-        flies = np.flatnonzero(~is_landing[active])
-        if not len(flies):
+        if is_landing[active].all():
+            Handed.put(legs, active, begun)
             break
-        active, begun = active[flies], begun.select(flies)
         flown = _flown(LegStarts(**field_values(begun), planned=planned.select(active)))
         changed = np.zeros(len(before), dtype=np.bool_)
         changed[active] = flown.end.is_moved(legs.end.select(active))
@@ -426,10 +427,12 @@ def _flown(begun: LegStarts) -> Px4Legs:
     """Return moves as flown, after what those before hand on to them."""
     part = begun.planned
     turns = leg_entries(begun)
-    upright_m_s = slow_turns(begun, turns)
+    upright_m_s = np.zeros(len(turns.duration_s))
+    if begun.velocity_m_s.any():  # what stands has nothing to turn or to join
+        upright_m_s = slow_turns(begun, turns)
+        join_turns(begun, turns, upright_m_s > 0.0)
+        ease_turns(begun, turns, upright_m_s > 0.0)
     slowed = upright_m_s > 0.0
-    join_turns(begun, turns, slowed)
-    ease_turns(begun, turns, slowed)
     weaves = weave(begun, turns)
     slowed &= ~weaves.is_stepped
     climbing = part.is_takeoff

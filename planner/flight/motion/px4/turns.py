@@ -46,6 +46,33 @@ class Turns(Columns, eq=False):
     """Acceleration there, zero or more: horizontal after a turn, along the leg after a reversal. [m s⁻²]"""
 
 
+class _Corners(Columns, eq=False):
+    """Vehicles that all turn, and the legs they turn onto, as columns of length n."""
+
+    parameters: Px4Parameters
+    place_m: FloatArray
+    """As of `LegStarts`, like the next two. (n, 3) [m]"""
+    velocity_m_s: FloatArray
+    slowing_m_s2: FloatArray
+    begins_m: FloatArray
+    """As of `PlannedLegs`, like what follows. (n, 3) [m]"""
+    target_m: FloatArray
+    radius_m: FloatArray
+
+    @classmethod
+    def of(cls, begun: LegStarts, turning: BoolArray) -> _Corners:
+        """Return some of the legs that are begun."""
+        return cls(
+            parameters=begun.parameters,
+            place_m=begun.place_m[turning],
+            velocity_m_s=begun.velocity_m_s[turning],
+            slowing_m_s2=begun.slowing_m_s2[turning],
+            begins_m=begun.planned.begins_m[turning],
+            target_m=begun.planned.target_m[turning],
+            radius_m=begun.planned.radius_m[turning],
+        )
+
+
 def corner_turns(begun: LegStarts) -> Turns:
     """Return the turns into new legs at MPC_ACC_HOR and MPC_JERK_AUTO.
 
@@ -67,7 +94,7 @@ def corner_turns(begun: LegStarts) -> Turns:
         acceleration_m_s2=np.zeros_like(speed),
     )
     if turning.any():
-        led, held_m_s, lead_s = _led_in(begun.select(turning))
+        led, held_m_s, lead_s = _led_in(_Corners.of(begun, turning))
         approached, frame, before_s = _approached(led)
         swung = _swings(approached, frame, held_m_s)
         duration_s = np.maximum(swung.duration_s + before_s - lead_s, 0.0)
@@ -91,7 +118,7 @@ def turning_legs(begun: LegStarts) -> tuple[BoolArray, FloatArray, FloatArray]:
     return turning, along, speed
 
 
-def _led_in(begun: LegStarts) -> tuple[LegStarts, FloatArray, FloatArray]:
+def _led_in(begun: _Corners) -> tuple[_Corners, FloatArray, FloatArray]:
     """Return vehicles as they would have begun to turn back without a deceleration, and by how much sooner.
 
     And the speeds held in the turns: what the way left allowed, which a deceleration trails.  What of it
@@ -99,7 +126,7 @@ def _led_in(begun: LegStarts) -> tuple[LegStarts, FloatArray, FloatArray]:
     """
     parameters = begun.parameters
     velocity = begun.velocity_m_s[:, :2]
-    way = (begun.planned.target_m - begun.place_m)[:, :2]
+    way = (begun.target_m - begun.place_m)[:, :2]
     speed = horizontal(velocity)
     backward = np.maximum(-quotient(dot(velocity, way), speed * horizontal(way)), 0.0)
     slowing = begun.slowing_m_s2 * backward
@@ -115,7 +142,7 @@ def _led_in(begun: LegStarts) -> tuple[LegStarts, FloatArray, FloatArray]:
     return replace(begun, place_m=place, velocity_m_s=faster), held, lead_s
 
 
-def _approached(begun: LegStarts) -> tuple[LegStarts, _LegFrame, FloatArray]:
+def _approached(begun: _Corners) -> tuple[_Corners, _LegFrame, FloatArray]:
     """Return vehicles that all turn where they begin to turn onto their legs, how these lie, and when.
 
     Farther off than l, ``PositionSmoothing::_getL1Point`` has no point of the leg in reach, and the one
@@ -124,7 +151,7 @@ def _approached(begun: LegStarts) -> tuple[LegStarts, _LegFrame, FloatArray]:
     to swing onto the leg, follows at once where T is shorter, else in the mean l/2v later.
     """
     parameters = begun.parameters
-    frame, l1 = _LegFrame.of(begun), np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
+    frame, l1 = _LegFrame.of(begun), np.maximum(begun.radius_m, SHORTEST_L1_M)
     v, side = frame.speed_m_s, -np.sign(frame.y_m)
     along, across = -v * frame.cos_turn, v * (side - frame.sin_turn)
     change = along[:, None] * frame.along + across[:, None] * frame.across
@@ -142,7 +169,7 @@ def _approached(begun: LegStarts) -> tuple[LegStarts, _LegFrame, FloatArray]:
     if not far.any():
         return begun, frame, np.zeros_like(v)
     place, velocity = begun.place_m.copy(), begun.velocity_m_s.copy()
-    there = frame.place_m(begun.planned.begins_m, x, -side * l1)
+    there = frame.place_m(begun.begins_m, x, -side * l1)
     place[:, :2] = np.where(far[:, None], there, place[:, :2])
     straight = frame.across * (v * side)[:, None]
     velocity[:, :2] = np.where(far[:, None], straight, velocity[:, :2])
@@ -166,9 +193,9 @@ class _LegFrame(Value, eq=False):
     speed_m_s: FloatArray
 
     @classmethod
-    def of(cls, begun: LegStarts) -> _LegFrame:
+    def of(cls, begun: _Corners) -> _LegFrame:
         """Return the frames of new legs."""
-        begins, target = begun.planned.begins_m[:, :2], begun.planned.target_m[:, :2]
+        begins, target = begun.begins_m[:, :2], begun.target_m[:, :2]
         place, velocity = begun.place_m[:, :2], begun.velocity_m_s[:, :2]
         leg = target - begins
         leg = np.where((horizontal(leg) > STILL_M)[:, None], leg, target - place)
@@ -194,15 +221,15 @@ class _LegFrame(Value, eq=False):
         return begins_m[:, :2] + self.along * x_m[:, None] + self.across * y_m[:, None]
 
 
-def _swings(begun: LegStarts, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
+def _swings(begun: _Corners, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
     """Return the turns of vehicles that all turn, to the speeds that are held in them."""
     parameters = begun.parameters
-    l1, most_m_s2 = np.maximum(begun.planned.radius_m, SHORTEST_L1_M), parameters.acceleration_m_s2
+    l1, most_m_s2 = np.maximum(begun.radius_m, SHORTEST_L1_M), parameters.acceleration_m_s2
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
-    height = begun.planned.target_m[:, 2] - begun.place_m[:, 2]
+    height = begun.target_m[:, 2] - begun.place_m[:, 2]
     vertical_m_s, vertical_m_s2 = vertical_limits(height > 0.0, parameters)
     # The point steered for lies on the leg, and is as much higher as the leg has risen by there.
-    rise = np.abs(begun.planned.target_m[:, 2] - begun.planned.begins_m[:, 2])
+    rise = np.abs(begun.target_m[:, 2] - begun.begins_m[:, 2])
     steep = quotient(rise, frame.length_m, np.abs(height) / l1, above=STILL_M)
     held = _held_speed_m_s(held_m_s, steep, vertical_m_s)
     rate = np.minimum(vertical_m_s, held * steep)
@@ -268,7 +295,7 @@ def _swings(begun: LegStarts, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
     return Turns(
         duration_s=duration,
         end_m=np.column_stack(
-            (frame.place_m(begun.planned.begins_m, x, y), begun.place_m[:, 2] + climbed)
+            (frame.place_m(begun.begins_m, x, y), begun.place_m[:, 2] + climbed)
         ),
         speed_m_s=np.maximum(ALIGNED_COS * last, 0.0),
         acceleration_m_s2=np.maximum(np.where(late, 0.0, along_change / change * gained_m_s2), 0.0),
