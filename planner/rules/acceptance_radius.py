@@ -38,6 +38,9 @@ REACHED_FROM_AFAR = Rule(
 
 @judges(REACHED_FROM_AFAR, needs=(PX4,))
 def _reached_from_afar(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    radii_m = (stage.acceptance_radius_m or 0.0 for stage in a.route.stages)
+    if max(radii_m, default=0.0) <= _AFAR_M >= parameters.acceptance_radius_m:
+        return
     passed_by: list[tuple[Stage, float]] = []
     flown = 0
     for stage, away_m, is_reached in _arrivals(a.route.stages, parameters):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -150,47 +149,6 @@ class TrackingLag(Value):
         begun = _smoothed(last, settled, first)[:, -1]
         return np.asarray(begun + (last[:, -1] - begun) * settled[-1])
 
-    def _error_m(
-        self,
-        force_m_s2: FloatArray,
-        along: FloatArray,
-        waiting_per_s2: FloatArray,
-        comes_back: IntArray,
-    ) -> FloatArray:
-        """Return the errors that trajectories wait for. (k, p) [m]
-
-        By D v_t − z, the direction of v_t (0 of one that stands) and its b (`_waiting_per_s2`).  A trajectory
-        that comes back to a vehicle which overshot waits for all of its error.
-
-        Notes
-        -----
-        With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
-        behind where f < b y: waited for is f/b, in the mean.
-        """
-        still, waiting_squared = self._still_per_s2, waiting_per_s2 * waiting_per_s2
-        ahead = np.maximum(_dot(force_m_s2, along), 0.0)
-        size_squared, ahead_squared = _dot(force_m_s2, force_m_s2), ahead * ahead
-        squared = np.maximum(size_squared, ahead_squared)
-        # b² y², no more than f² is waited for
-        beside = (squared - ahead_squared) * (waiting_squared * (1.0 / still**2))
-        np.minimum(beside, ahead_squared, out=beside)
-        squared -= beside
-        root = np.sqrt(squared, out=squared)
-        root *= waiting_per_s2
-        ahead *= still
-        root += ahead
-        behind = ahead_squared
-        behind -= beside
-        behind /= np.maximum(root, _TINY, out=root)
-        behind *= behind
-        beside /= np.maximum(waiting_squared, _TINY, out=waiting_squared)
-        behind += beside
-        error: FloatArray = np.sqrt(behind, out=behind)
-        if len(comes_back):
-            stiffness = still + waiting_per_s2[:, comes_back]
-            error[:, comes_back] = np.sqrt(size_squared[:, comes_back]) / stiffness
-        return error
-
     def _tilted(self, speed_m_s: FloatArray) -> tuple[FloatArray | float, FloatArray | float]:
         """Return what the tilt leaves of speeds, and the integral builds up of their drag. (n,), (n,) [-]
 
@@ -215,35 +173,111 @@ class TrackingLag(Value):
         velocity = 0.5 * (edges[:, :-1] + edges[:, 1:])
         speed, drag = _size(velocity), self.drag_per_s * velocity
         tilted, most_of_drag = self._tilted(speed)
-        given_m_s2 = np.diff(edges, axis=1) / time_s
+        given_m_s2 = (edges[:, 1:] - edges[:, :-1]) / time_s
         asked_per_s = (1.0 + self.parameters.velocity_derivative_gain) / time_s
         constants = time_s / self._settling_s
-        along = quotient(1.0, speed, above=_STILL_M_S) * velocity
-        waiting = self._waiting_per_s2(speed)
-        comes_back = np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]])
+        waited_for = _WaitedFor.of(
+            quotient(1.0, speed, above=_STILL_M_S) * velocity,
+            self._waiting_per_s2(speed),
+            self._still_per_s2,
+            np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]]),
+        )
         tilts, scale = isinstance(tilted, np.ndarray), np.minimum(np.ones_like(speed), tilted)
         built, settled = drag, scale
+        sought, force = np.empty_like(drag), np.empty_like(drag)
         for _ in range(rounds):
             # Of a vehicle that flies the velocities of its trajectory at its scale.
-            sought = np.diff(_at_ends(scale) * edges, axis=1)
+            flown_m_s = _at_ends(scale) * edges
+            np.subtract(flown_m_s[:, 1:], flown_m_s[:, :-1], out=sought)
             sought *= asked_per_s * scale
             sought -= given_m_s2
             if tilts:
                 sought *= tilted >= 1.0
-            sought += drag * (np.minimum(scale, most_of_drag) if tilts else scale)
+            drags = np.minimum(scale, most_of_drag) if tilts else scale
+            sought += np.multiply(drag, drags, out=force)
             flown = constants / scale
-            settled = -np.expm1(-flown)
+            settled = np.expm1(-flown)
+            np.negative(settled, out=settled)
             built = _smoothed(sought, settled, parts.first)
-            force = drag - built
-            force *= settled / flown
-            error_m = self._error_m(force, along, waiting, comes_back)
-            scale = 1.0 - error_m / self.parameters.position_error_max_m
+            np.subtract(drag, built, out=force)
+            force *= np.divide(settled, flown, out=flown)
+            scale = waited_for.error_m(force)
+            scale /= -self.parameters.position_error_max_m
+            scale += 1.0
             np.maximum(scale, _LEAST_SCALE, out=scale)
             np.minimum(scale, tilted, out=scale)
         flown_s = time_s / scale
         whole = quotient(ordered.duration_s, flown_s.sum(axis=0), 1.0)
         force = self.drag_per_s * edges[:, 1:] - built - (drag - built) * settled
         return whole, self._off_m(force, edges[:, 1:], flown_s, parts.first)
+
+
+class _WaitedFor(Value, eq=False):
+    """The errors that trajectories wait for, by D v_t − z.
+
+    A trajectory that comes back to a vehicle which overshot waits for all of its error.
+
+    Notes
+    -----
+    With f along the trajectory and an error y across it, f = k P x + b sqrt(x² + y²) has no error x
+    behind where f < b y: waited for is f/b, in the mean.
+    """
+
+    along: FloatArray
+    """Direction of v_t, 0 of one that stands. (2, k, p)"""
+    waiting_per_s2: FloatArray
+    """b of parts. (k, p)"""
+    still_per_s2: float
+    """k P."""
+    beside: FloatArray
+    """(b/k P)². (k, p)"""
+    waiting_squared: FloatArray
+    """b², no less than divides. (k, p)"""
+    comes_back: IntArray
+    """Pieces in which a trajectory comes back."""
+
+    @classmethod
+    def of(
+        cls, along: FloatArray, waiting_per_s2: FloatArray, still_per_s2: float, back: IntArray
+    ) -> _WaitedFor:
+        """Return what the parts of pieces in these directions wait for."""
+        squared = waiting_per_s2 * waiting_per_s2
+        return cls(
+            along=along,
+            waiting_per_s2=waiting_per_s2,
+            still_per_s2=still_per_s2,
+            beside=squared * (1.0 / still_per_s2**2),
+            waiting_squared=np.maximum(squared, _TINY),
+            comes_back=back,
+        )
+
+    def error_m(self, force_m_s2: FloatArray) -> FloatArray:
+        """Return the errors of forces. (k, p) [m]"""
+        back = self.comes_back
+        ahead = _dot(force_m_s2, self.along)
+        np.maximum(ahead, 0.0, out=ahead)
+        squared, ahead_squared = _dot(force_m_s2, force_m_s2), ahead * ahead
+        back_m_s2 = np.sqrt(squared[:, back]) if len(back) else None
+        np.maximum(squared, ahead_squared, out=squared)
+        # b² y², no more than f² is waited for
+        beside = squared - ahead_squared
+        beside *= self.beside
+        np.minimum(beside, ahead_squared, out=beside)
+        squared -= beside
+        root = np.sqrt(squared, out=squared)
+        root *= self.waiting_per_s2
+        ahead *= self.still_per_s2
+        root += ahead
+        behind = ahead_squared
+        behind -= beside
+        behind /= np.maximum(root, _TINY, out=root)
+        behind *= behind
+        beside /= self.waiting_squared
+        behind += beside
+        error: FloatArray = np.sqrt(behind, out=behind)
+        if back_m_s2 is not None:
+            error[:, back] = back_m_s2 / (self.still_per_s2 + self.waiting_per_s2[:, back])
+        return error
 
 
 class _Parts(Value, eq=False):
@@ -370,24 +404,23 @@ def _recur(left: FloatArray, gained: FloatArray) -> None:
     if columns == 1:
         return
     if columns <= _ONE_BY_ONE:
-        after = [
-            list(accumulate(zip(left[-1].tolist(), one, strict=True), _next, initial=0.0))[1:-1]
-            for one in gained[:, -1].tolist()
-        ]
-        before: FloatArray = np.array(after)
+        kept = left[-1].tolist()
+        before: FloatArray = np.array([_recurred(kept, one) for one in gained[:, -1].tolist()])
     else:
         filled = -columns % _ABREAST
-        own_left, own = (
-            np.concatenate((one, np.zeros((*one.shape[:-1], filled))), axis=-1)
-            .reshape(*one.shape[:-1], -1, _ABREAST)
-            .swapaxes(-1, -2)
-            .copy()
-            for one in (left[-1], gained[:, -1])
-        )
+        both = np.zeros((1 + len(gained), columns + filled))
+        both[0, :columns], both[1:, :columns] = left[-1], gained[:, -1]
+        both = both.reshape(len(both), -1, _ABREAST).swapaxes(1, 2).copy()
+        own_left, own = both[0], both[1:]
         _recur(own_left, own)
         before = own.swapaxes(1, 2).reshape(len(own), -1)[:, : columns - 1]
     gained[..., 1:] += left[:, 1:] * before[:, None]
 
 
-def _next(z: float, end: tuple[float, float]) -> float:
-    return z * end[0] + end[1]
+def _recurred(left: list[float], gained: list[float]) -> list[float]:
+    """Return z of one column after the other but the last, from 0."""
+    z, every = 0.0, list[float]()
+    for kept, gain in zip(left[:-1], gained[:-1], strict=True):
+        z = z * kept + gain
+        every.append(z)
+    return every

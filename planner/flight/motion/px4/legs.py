@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
+ColumnT = TypeVar("ColumnT", "FloatArray", "BoolArray")
 _SAME_PLACE_M = 0.001
 """Distance below which PX4 takes two places for one (``computeStartXYSpeedFromWaypoints``). [m]"""
 
@@ -190,11 +191,11 @@ def plan_legs(moves: Moves) -> PlannedLegs:
     reached = _reached_at_once(moves, begins, ends)
     for _ in range(2 if moves.goes_on.any() else 0):  # one may follow another
         before_m = np.where(reached[:, None], begins, ends)
-        begins = np.where(moves.goes_on[:, None], np.roll(before_m, 1, axis=0), begins)
+        begins = np.where(moves.goes_on[:, None], _of_those_before(before_m), begins)
         direction, tail = _aims(moves, begins)
         ends = _flown_to_m(moves, direction, tail)
     # To a place that counted as reached from afar, not from beside it, it flies straight from where it is.
-    before_m = np.roll(np.where(reached[:, None], begins, ends), 1, axis=0)
+    before_m = _of_those_before(np.where(reached[:, None], begins, ends))
     is_same = ~(reached | moves.is_first | moves.is_landing | moves.is_takeoff)
     is_same &= (np.abs(moves.target_m - begins) < STILL_M).all(axis=1)
     is_same &= horizontal(moves.target_m - before_m) > 2.0 * moves.reach_m
@@ -226,7 +227,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         is_leg=is_leg,
         is_wait=is_wait,
         circles=moves.circles,
-        leaves_circle=np.roll(moves.circles, 1) & ~moves.is_first & ~moves.is_return,
+        leaves_circle=_of_those_before(moves.circles) & ~moves.is_first & ~moves.is_return,
         swings=swings,
         back_m_s=_back_m_s(moves, direction, swings),
         leaves_swing=np.append(False, swings[:-1]) & ~moves.is_first & is_leg,
@@ -243,6 +244,11 @@ def _takeoffs(moves: Moves, begins_m: FloatArray) -> Takeoffs:
         made = make_takeoffs(begins_m[rows], moves.target_m[rows], late_s, moves.parameters)
         takeoffs.put(rows, made)
     return takeoffs
+
+
+def _of_those_before(rows: ColumnT) -> ColumnT:
+    """Return rows each in the place of the next, the last in that of the first."""
+    return np.concatenate((rows[-1:], rows[:-1]))
 
 
 def _aims(moves: Moves, begins_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -272,7 +278,7 @@ def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> 
     """Return which moves are reached where they begin, as those that are not end. (n,)"""
     parameters = moves.parameters
     way = moves.target_m - begins_m
-    near = (horizontal(way) <= moves.reach_m + np.roll(moves.reach_m, 1)) & (
+    near = (horizontal(way) <= moves.reach_m + _of_those_before(moves.reach_m)) & (
         np.abs(way[:, 2]) <= 2.0 * parameters.altitude_acceptance_m
     )
     reached = np.zeros(len(way), dtype=np.bool_)
@@ -368,9 +374,10 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     flight = np.cumsum(moves.is_first)
     for _ in range(_LOOKING_ROUNDS if moves.looks.any() else 2):
         hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
-        again = np.isin(flight, flight[hold_s != legs.planned.hold_s])
-        if not again.any():
+        waiting = flight[hold_s != legs.planned.hold_s]
+        if not len(waiting):
             break
+        again = (np.bincount(waiting, minlength=int(flight[-1]) + 1) > 0)[flight]
         legs.put(again, _fly_moves(replace(moves, hold_s=hold_s).select(again)))
     return legs
 
@@ -398,7 +405,7 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     legs = _flown(LegStarts(**field_values(begun), planned=planned))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
-        active = np.flatnonzero(np.append(changed, False)[before])
+        active = np.flatnonzero(changed[before] & (before >= 0))
         begun = Handed.after(before[active], legs.end, start_m[active])
         if is_landing[active].all():
             Handed.put(legs, active, begun)
@@ -427,12 +434,10 @@ def _flown(begun: LegStarts) -> Px4Legs:
     """Return moves as flown, after what those before hand on to them."""
     part = begun.planned
     turns = leg_entries(begun)
-    upright_m_s = np.zeros(len(turns.duration_s))
-    if begun.velocity_m_s.any():  # what stands has nothing to turn or to join
-        upright_m_s = slow_turns(begun, turns)
-        join_turns(begun, turns, upright_m_s > 0.0)
-        ease_turns(begun, turns, upright_m_s > 0.0)
+    upright_m_s = slow_turns(begun, turns)
     slowed = upright_m_s > 0.0
+    join_turns(begun, turns, slowed)
+    ease_turns(begun, turns, slowed)
     weaves = weave(begun, turns)
     slowed &= ~weaves.is_stepped
     climbing = part.is_takeoff

@@ -51,9 +51,11 @@ def root(
     Newton's steps, halving where one leaves its bracket.  Functions take rows of places, (2, n).
     """
     x = high
+    near = np.empty((2, len(x)))
     for _ in range(_ROUNDS):
         step = 1e-6 * (1.0 + x)
-        value, before = function(np.stack((x, x - step)))
+        near[0], near[1] = x, x - step
+        value, before = function(near)
         under = value <= 0.0
         low, high = np.where(under, x, low), np.where(under, high, x)
         newton, last = x - quotient(value, (value - before) / step), x
@@ -123,22 +125,40 @@ class AxisLaws(Columns, eq=False):
             beyond_m=np.zeros(len(axis)),
         )
 
-    def allowed_m_s(self, left_m: FloatArray) -> FloatArray:
-        """Return the speeds allowed so far from the target, infinite where unbound. (…, 2, n)"""
-        half_b, left = self.half_b_m_s, left_m[..., None, :]
-        square = half_b**2 + 2.0 * self.acceleration_m_s2 * left + self.final_m_s**2
-        allowed = np.maximum(np.sqrt(square) - half_b, self.final_m_s)
-        return np.where(self.binds, allowed, np.inf)
+    def allowance(self) -> Callable[[FloatArray], FloatArray]:
+        """Return what gives the speeds allowed so far from the target, infinite where unbound. (…, 2, n)"""
+        half_b, twice = self.half_b_m_s, 2.0 * self.acceleration_m_s2
+        half_b_squared, final_squared = half_b**2, self.final_m_s**2
+        least = np.where(self.binds, self.final_m_s, np.inf)
+
+        def allowed_m_s(left_m: FloatArray) -> FloatArray:
+            square: FloatArray = twice * left_m[..., None, :]
+            square += half_b_squared
+            square += final_squared
+            allowed = np.sqrt(square, out=square)
+            allowed -= half_b
+            return np.maximum(allowed, least, out=allowed)
+
+        return allowed_m_s
 
     def lower(self, left_m: FloatArray) -> IntArray:
         """Return the axis that allows less at distances from the target; of equals the first. (n,)"""
-        level, upright = self.allowed_m_s(left_m)
+        level, upright = self.allowance()(left_m)
         return np.asarray(upright < level, dtype=np.intp)
+
+    def lowest_allowance(self) -> Callable[[FloatArray], FloatArray]:
+        """Return what gives the speeds both axes allow at distances from the target. (…, n) [m s⁻¹]"""
+        allowance = self.allowance()
+
+        def allowed_m_s(left_m: FloatArray) -> FloatArray:
+            allowed = allowance(left_m)
+            return np.asarray(np.minimum(allowed[..., 0, :], allowed[..., 1, :]))
+
+        return allowed_m_s
 
     def lowest_allowed_m_s(self, left_m: FloatArray) -> FloatArray:
         """Return the speeds both axes allow at distances from the target. (…, n) [m s⁻¹]"""
-        allowed = self.allowed_m_s(left_m)
-        return np.asarray(np.minimum(allowed[..., 0, :], allowed[..., 1, :]))
+        return self.lowest_allowance()(left_m)
 
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return how far before the target braking from speeds begins. (…, n) [m]"""
@@ -413,10 +433,11 @@ def _onsets(
     whole = time = np.minimum(a / j, np.sqrt(peak / fall))
 
     falling = begins, peak, j, fall
-    early = np.flatnonzero(_shortfall_m_s(whole, laws, falling) > 0.0)
+    early = np.flatnonzero(_shortfall_m_s(whole, laws.lowest_allowance(), falling) > 0.0)
     if len(early):
-        time, some = whole.copy(), (laws.select(early), tuple(one[early] for one in falling))
-        time[early] = root(lambda t: _shortfall_m_s(t, *some), 1e-3 * whole[early], whole[early])
+        allowance, some = laws.select(early).lowest_allowance(), tuple(x[early] for x in falling)
+        time, most = whole.copy(), whole[early]
+        time[early] = root(lambda t: _shortfall_m_s(t, allowance, some), 1e-3 * most, most)
     ends = _fallen_m(time, peak, j) > begins - tail
     # Where t (v − j t²/6) is the way left, by the sine of an angle thrice as large.
     last_s = np.sqrt(2.0 * peak / j)
@@ -448,12 +469,14 @@ def _fallen_m(time_s: FloatArray, peak_m_s: FloatArray, j: FloatArray) -> FloatA
 
 
 def _shortfall_m_s(
-    time_s: FloatArray, laws: AxisLaws, falling: tuple[FloatArray, ...]
+    time_s: FloatArray,
+    allowance: Callable[[FloatArray], FloatArray],
+    falling: tuple[FloatArray, ...],
 ) -> FloatArray:
     """Return what is allowed beyond what peak speeds have fallen to, by how fast they fall. (…, n)"""
     begins, peak, j, fall = falling
     here = np.maximum(begins - _fallen_m(time_s, peak, j), 0.0)
-    return laws.lowest_allowed_m_s(here) - (peak - fall * time_s**2)
+    return allowance(here) - (peak - fall * time_s**2)
 
 
 def _trails(limits: Limits, left_m: FloatArray) -> BoolArray:

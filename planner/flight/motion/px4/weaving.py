@@ -149,8 +149,8 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     planned = begun.planned
     weaves = Weaves.none(len(turns.duration_s))
     astray = planned.swings | planned.circles | planned.leaves_circle | planned.leaves_swing
-    if not (astray.any() or begun.velocity_m_s.any()):
-        return weaves
+    if not (astray.any() or (horizontal(begun.velocity_m_s) > SLOWEST_TURN_M_S).any()):
+        return weaves  # nothing is turned
     flies = (planned.is_leg | planned.is_wait) & ~planned.is_takeoff & (planned.pause_s == 0.0)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
     swings = planned.swings & (lengths(planned.target_m - begun.place_m) < _FARTHEST_M)
