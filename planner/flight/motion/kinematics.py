@@ -69,7 +69,20 @@ def is_nonzero(vectors: FloatArray) -> BoolArray:
     return np.asarray(greatest(np.abs(vectors)) != 0.0)
 
 
-@np.errstate(all="ignore")  # of the quotients that are not taken
+def rows_of(mask: BoolArray) -> IntArray:
+    """Return the rows in which a mask of one axis holds."""
+    return mask.nonzero()[0]  # `np.flatnonzero` takes ten times as long of few rows
+
+
+def clipped(values: FloatArray, least: FloatArray | float, most: FloatArray | float) -> FloatArray:
+    """Return values between bounds."""
+    # `np.clip` takes twice as long of few rows.
+    return np.asarray(np.minimum(np.maximum(values, least), most))
+
+
+_divide = np.errstate(all="ignore")(np.divide)  # of the quotients that are not taken
+
+
 def quotient(
     numerator: FloatArray | float,
     denominator: FloatArray,
@@ -79,7 +92,11 @@ def quotient(
 ) -> FloatArray:
     """Return quotients where the denominator is ``above`` a number, another value elsewhere."""
     # Of what no vehicle flies a quotient may be infinite, and is reported as that.
-    return np.where(denominator > above, np.divide(numerator, denominator), otherwise)
+    quotients, is_one = _divide(numerator, denominator), np.asarray(denominator > above)
+    if quotients.shape != is_one.shape or not is_one.shape or not isinstance(otherwise, float):
+        return np.where(is_one, quotients, otherwise)
+    quotients[~is_one] = otherwise  # as `np.where`, in half of its time
+    return np.asarray(quotients)
 
 
 class KinematicState(Value, eq=False):
@@ -152,7 +169,7 @@ class Columns(Value, eq=False):
 
     def select(self, rows: IntArray | BoolArray) -> Self:
         """Return some of the rows."""
-        rows = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
+        rows = rows_of(rows) if rows.dtype == np.bool_ else rows
         chosen: dict[str, Any] = {}
         for name in field_names(self):
             value = getattr(self, name)
@@ -299,7 +316,7 @@ class Motion(Value, eq=False, dict=True):
         That of the cubic through the velocities there; none in pieces too short to tell.
         """
         state = self.nodes.state
-        velocity = np.stack(
+        velocity = np.array(
             (state.east_m_s.T, state.north_m_s.T, state.climb_m_s.T)
         )  # as of `nodes`
         slopes = unit_derivative(QUADRATURE_POINTS, QUADRATURE_NODES)

@@ -587,7 +587,7 @@ def _evenly_braked(
             zero,
         ),
     )
-    velocity = np.stack((state.east_m_s, state.north_m_s, 0.0 * state.climb_m_s))
+    velocity = np.array((state.east_m_s, state.north_m_s, 0.0 * state.climb_m_s))
     return slowing, zero - quotient(velocity, braking_s)[..., None]
 
 

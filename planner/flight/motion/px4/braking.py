@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import quotient
+from planner.flight.motion.kinematics import clipped, quotient
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
@@ -102,8 +102,8 @@ class Px4Ramps(Value, eq=False):
     def gained(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return way, speed and acceleration gained from rest by a time. (n,) [m, m s⁻¹, m s⁻²]"""
         first = np.minimum(time_s, self.jerk_s)
-        steady = np.clip(time_s - self.jerk_s, 0.0, self.steady_s)
-        last = np.clip(time_s - self.jerk_s - self.steady_s, 0.0, self.back_s)
+        steady = clipped(time_s - self.jerk_s, 0.0, self.steady_s)
+        last = clipped(time_s - self.jerk_s - self.steady_s, 0.0, self.back_s)
         jerk = self.jerk_m_s3
         peak = jerk * first
         speed_1 = 0.5 * peak * first

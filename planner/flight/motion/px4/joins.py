@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import dot, greatest, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import (
+    clipped,
+    dot,
+    greatest,
+    horizontal,
+    lengths,
+    quotient,
+    rows_of,
+)
 from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
@@ -53,7 +61,7 @@ def leg_entries(begun: LegStarts) -> Turns:
     parameters = begun.parameters
     turns, part = corner_turns(begun), begun.planned
     idle, pausing = part.is_takeoff | ~part.is_leg, part.pause_s > 0.0
-    still = np.flatnonzero(idle | pausing)
+    still = rows_of(idle | pausing)
     if len(still):
         place, velocity = begun.place_m[still], begun.velocity_m_s[still]
         braking_s = ramp_time_s(
@@ -95,7 +103,7 @@ def slow_turns(begun: LegStarts, turns: Turns) -> FloatArray:
         sight = _Sight.of(begun, directions(way)[0], turns.speed_m_s, turns.speed_m_s)
         slows &= ~sight.counts | near
     upright_m_s = np.zeros_like(height)
-    rows = np.flatnonzero(slows)
+    rows = rows_of(slows)
     if not len(rows):
         return upright_m_s
     level, height, upward = level[rows], height[rows], upward[rows]
@@ -205,7 +213,7 @@ def join_turns(
     if not joins.any():
         return
     along_m, after, gained_m_s2 = speed * time, speed.copy(), np.zeros_like(speed)
-    rows = np.flatnonzero(joins & shallow & (fraction == 1.0))
+    rows = rows_of(joins & shallow & (fraction == 1.0))
     if len(rows):
         # A turn holds the whole speed, of which only a part leads along the leg as it begins.
         turned_m_s = quotient(horizontal(velocity), level) * (turns.duration_s > 0.0)
@@ -225,7 +233,7 @@ def join_turns(
     fits = (speed * time < longest * length) & (along_m < _LONGEST_SLOW_JOIN * length)
     left_m_s2 = np.where(shallow, gained_m_s2 * level, turns.acceleration_m_s2)
     backward = -dot(velocity, direction)
-    back = np.flatnonzero(joins & ~shallow & (backward > _MOSTLY * lengths(velocity)))
+    back = rows_of(joins & ~shallow & (backward > _MOSTLY * lengths(velocity)))
     if len(back):
         back_m, time[back] = turning_back(backward[back], vertical[back], jerk)
         end[back] = place[back] - direction[back] * back_m[:, None]
@@ -234,7 +242,7 @@ def join_turns(
     left_m_s = np.where(shallow, after * level, turns.speed_m_s)
     # A climb that grows with the speed along the leg takes the longer to change.
     grows = fits & lifts & sight.counts & (after > speed) & (rounds > 0) & (fraction == 1.0)
-    rows = np.flatnonzero(joins & fits & ~grows)
+    rows = rows_of(joins & fits & ~grows)
     joined = Turns(
         duration_s=time[rows],
         end_m=end[rows],
@@ -243,7 +251,7 @@ def join_turns(
     )
     turns.put(rows, joined)
     growing, short = (
-        np.flatnonzero(joins & some) for some in (grows, ~fits & (fraction > _LEAST_FRACTION))
+        rows_of(joins & some) for some in (grows, ~fits & (fraction > _LEAST_FRACTION))
     )
     faster = partial(join_turns, reached_m_s=left_m_s[growing], rounds=rounds - 1)
     slower = partial(join_turns, fraction=0.5 * fraction)
@@ -379,7 +387,7 @@ class _Sight(Value, eq=False):
         climb = after_m_s * quotient(height, level, above=STILL_M)
         for _ in range(4):
             time_s = ramp_time_s(
-                np.abs(np.clip(climb, -limit, limit) - climbing_m_s), vertical, parameters.jerk_m_s3
+                np.abs(clipped(climb, -limit, limit) - climbing_m_s), vertical, parameters.jerk_m_s3
             )
             left = np.maximum(level - 0.5 * begun_m_s * time_s, 0.25 * level)
             slope = quotient(height - 0.5 * climbing_m_s * time_s, left, above=STILL_M)
@@ -407,7 +415,7 @@ def ease_turns(begun: LegStarts, turns: Turns, slowed: BoolArray) -> None:
     eases = part.is_leg & ~part.is_takeoff & ~slowed & (part.pause_s == 0.0)
     eases &= (turns.duration_s == 0.0) & (dot(velocity, direction) > ALIGNED_COS * speed)
     time = np.minimum(begun.slowing_m_s2, np.sqrt(2.0 * jerk * speed)) / jerk
-    rows = np.flatnonzero(eases & (time > _SHORTEST_EASE_S))
+    rows = rows_of(eases & (time > _SHORTEST_EASE_S))
     if not len(rows):
         return
     time, speed = time[rows], speed[rows]
@@ -433,10 +441,10 @@ def cut_short(begun: LegStarts, turns: Turns, ends_m: FloatArray, is_stepped: Bo
     goal = dot(ends_m - place, part.direction)
     turned = dot(turns.end_m - place, part.direction)
     flies = part.is_leg & ~part.is_takeoff & ~is_stepped
-    passed = np.flatnonzero(flies & (goal <= 0.0))
+    passed = rows_of(flies & (goal <= 0.0))
     turns.duration_s[passed] = 0.0
     turns.end_m[passed] = ends_m[passed] = place[passed]
-    rows = np.flatnonzero(flies & (goal > 0.0) & (turned > goal))
+    rows = rows_of(flies & (goal > 0.0) & (turned > goal))
     if not len(rows):
         return
     turns.end_m[rows] = ends_m[rows]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import horizontal, quotient
+from planner.flight.motion.kinematics import horizontal, quotient, rows_of
 from planner.flight.motion.px4.braking import STILL_M, tilted_m_s2
 from planner.flight.motion.px4.pieces import HOLD, PAUSE, Ordered
 from planner.values import Value
@@ -180,7 +180,7 @@ class TrackingLag(Value):
             quotient(1.0, speed, above=_STILL_M_S) * velocity,
             self._waiting_per_s2(speed),
             self._still_per_s2,
-            np.flatnonzero(_comes_back(moves)[ordered.segment_move[ordered.segment]]),
+            rows_of(_comes_back(moves)[ordered.segment_move[ordered.segment]]),
         )
         tilts, scale = isinstance(tilted, np.ndarray), np.minimum(np.ones_like(speed), tilted)
         built, settled = drag, scale
@@ -301,7 +301,7 @@ class _Parts(Value, eq=False):
         return cls(
             velocity_m_s=ordered.velocities_m_s(np.linspace(0.0, 1.0, _PARTS + 1), axes),
             time_s=ordered.duration_s / _PARTS,
-            first=np.flatnonzero(np.diff(_flights(ordered, moves), prepend=-1)),
+            first=rows_of(np.diff(_flights(ordered, moves), prepend=-1)),
         )
 
 
@@ -318,7 +318,7 @@ def _at_ends(values: FloatArray) -> FloatArray:
 
 def _flights(ordered: Ordered, moves: Moves) -> IntArray:
     """Return the flight of its own that each piece belongs to. (p,)"""
-    return np.asarray(np.cumsum(moves.is_first)[ordered.segment_move[ordered.segment]])
+    return np.asarray(moves.is_first.cumsum()[ordered.segment_move[ordered.segment]])
 
 
 def _between_ends(off_m: FloatArray, ordered: Ordered, is_first: BoolArray) -> FloatArray:
@@ -342,7 +342,7 @@ def _between_ends(off_m: FloatArray, ordered: Ordered, is_first: BoolArray) -> F
     slopes[:, 1:-1] = np.where(same, (short + long) / (short / ones[0] + long / ones[1]), 0.0)
     first, last = slopes[:, :-1], slopes[:, 1:]
     bend, jerk = (3.0 * mean - 2.0 * first - last) / time, (first + last - 2.0 * mean) / time**2
-    return np.stack((begin, first, bend, jerk))
+    return np.array((begin, first, bend, jerk))
 
 
 def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
@@ -360,7 +360,7 @@ def _size(vectors: FloatArray) -> FloatArray:
 def _last_flown(ordered: Ordered, moves: Moves) -> IntArray:
     """Return the last piece of each move that is no wait; −1 where there is none. (n,)"""
     last = np.full(len(moves.item), -1)
-    pieces = np.flatnonzero((ordered.piece_slot != HOLD) & (ordered.piece_slot != PAUSE))
+    pieces = rows_of((ordered.piece_slot != HOLD) & (ordered.piece_slot != PAUSE))
     last[ordered.segment_move[ordered.segment[pieces]]] = pieces
     return last
 

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, greatest, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import (
+    Columns,
+    clipped,
+    dot,
+    greatest,
+    horizontal,
+    lengths,
+    quotient,
+    rows_of,
+)
 from planner.flight.motion.px4.braking import (
     STILL_M,
     Px4Ramps,
@@ -102,7 +111,7 @@ class DescentProfile(Value):
         """Return the speeds at heights over the ground, downwards. [m s⁻¹]"""
         falling = self.slow_m_s + self.gain_per_s * (height_m - self.low_m)
         speed = np.where(height_m >= self.high_m, self.fast_m_s, falling)
-        return np.clip(speed, self.slow_m_s, self.fast_m_s)
+        return clipped(speed, self.slow_m_s, self.fast_m_s)
 
 
 def add_landings(
@@ -122,7 +131,7 @@ def add_landings(
     error points backward.  Recorded: so in all of two landings from standing; from 12 s on in one.
     """
     parameters = legs.parameters
-    move = np.flatnonzero(lands)
+    move = rows_of(lands)
     if not len(move):
         return
     descents = _Descents.over(legs, move)
@@ -230,7 +239,7 @@ class _Descents:
         coefficients = np.zeros((len(rows), 3, 4))
         coefficients[:, :, 0] = self.ground_m[rows]
         coefficients[:, 2] += height
-        creeping = np.clip(np.tile(self.resting_from_s(), count) - begun, 0.0, duration)
+        creeping = clipped(np.tile(self.resting_from_s(), count) - begun, 0.0, duration)
         time_scale = pieces.time_scale
         flown_s = creeping / time_scale.upright + (duration - creeping) / time_scale.standing
         across = self.settling_per_s[rows]
@@ -314,7 +323,7 @@ def creeps(legs: Px4Legs) -> tuple[IntArray, FloatArray]:
     """
     part, limits, braking = legs.planned, legs.limits, legs.straights.braking
     moves = part.is_leg & (limits.length_m > STILL_M) & (braking.end_m_s > 0.0)
-    rows = np.flatnonzero(moves & (part.hold_s > 0.0) & (braking.near.final_m_s == 0.0))
+    rows = rows_of(moves & (part.hold_s > 0.0) & (braking.near.final_m_s == 0.0))
     a, j = braking.near.acceleration_m_s2[rows], braking.near.jerk_m_s3[rows]
     speed = np.maximum(braking.end_m_s[rows], _BEYOND_M_S)
     half_b = a * limits.tail_m[rows] / speed - 0.5 * speed
@@ -368,7 +377,7 @@ def ends_of_moves(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
         way = left * (left + 2.0 * b) / (2.0 * a)
         end[rows] += direction * (part.tail_m[rows] - way)[:, None]
         velocity[rows] = direction * left[:, None]
-    rows = np.flatnonzero(settles)
+    rows = rows_of(settles)
     if len(rows):
         curves, hold = settlings(legs, rows), part.hold_s[rows]
         settle_s = curves.duration_s.sum(axis=1)
@@ -488,7 +497,7 @@ def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs) -> None:
     ``forceSetPosition``).
     """
     parameters = legs.parameters
-    move = np.flatnonzero(legs.planned.is_takeoff)
+    move = rows_of(legs.planned.is_takeoff)
     if not len(move):
         return
     takeoffs, up = legs.planned.takeoffs.select(move), np.array([0.0, 0.0, 1.0])

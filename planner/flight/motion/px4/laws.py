@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, KinematicState, PolynomialLaw
+from planner.flight.motion.kinematics import Columns, KinematicState, PolynomialLaw, rows_of
 from planner.values import field_values, replace
 
 if TYPE_CHECKING:
@@ -176,11 +176,11 @@ class Px4Law(Columns, eq=False):
 
     def select(self, rows: IntArray | BoolArray) -> Self:
         """Return some of the rows."""
-        rows = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
+        rows = rows_of(rows) if rows.dtype == np.bool_ else rows
         own = {}
         for name, kind in (("brakes", _BRAKE), ("settlings", _SETTLING)):
             are = self.kind == kind
-            own[name] = getattr(self, name).select((np.cumsum(are) - 1)[rows[are[rows]]])
+            own[name] = getattr(self, name).select((are.cumsum() - 1)[rows[are[rows]]])
         cubics = self.coefficients.take(rows, axis=0)
         return replace(self, coefficients=cubics, kind=self.kind[rows], **own)
 
@@ -190,9 +190,9 @@ class Px4Law(Columns, eq=False):
         places = state.east_m, state.north_m, state.height_m
         velocities = state.east_m_s, state.north_m_s, state.climb_m_s
         for are, added in self._additions():
-            chosen = np.flatnonzero(are[row])
+            chosen = rows_of(are[row])
             if len(chosen):
-                own = (np.cumsum(are) - 1)[row[chosen]]
+                own = (are.cumsum() - 1)[row[chosen]]
                 for axis, place_m, velocity_m_s in added.added(own, time_s[chosen], _ALL):
                     places[axis][chosen] += place_m
                     velocities[axis][chosen] += velocity_m_s
@@ -218,7 +218,7 @@ class Px4Law(Columns, eq=False):
         velocity *= time_s
         velocity += c1
         for are, added in self._additions():
-            rows = np.flatnonzero(are)
+            rows = rows_of(are)
             own = added.added(np.arange(len(rows)), time_s.take(rows, axis=1), range(axes))
             for axis, _, velocity_m_s in own:
                 velocity[axis][:, rows] += velocity_m_s
@@ -230,19 +230,18 @@ class Px4Law(Columns, eq=False):
         The ends of a cubic say what lies between them; of the others that has to be looked at.
         """
         is_cubic = self.is_cubic
-        row = np.where(is_cubic, np.cumsum(is_cubic), np.cumsum(~is_cubic)) - 1
+        row = np.where(is_cubic, is_cubic.cumsum(), np.cumsum(~is_cubic)) - 1
         cubics = PolynomialLaw(coefficients=self.coefficients[is_cubic])
         return (cubics, self.select(~is_cubic)), np.asarray(~is_cubic, dtype=np.intp), row
 
     def slowed(self, factor: FloatArray) -> Self:
         """Return the rows each in a time of its own: seconds of it per second of flight. (rows,)"""
-        coefficients, power_of = self.coefficients.copy(), factor
+        powers = np.ones((len(factor), 1, 4))
         for power in range(1, 4):
-            coefficients[..., power] *= power_of[:, None]
-            power_of = power_of * factor
+            np.multiply(powers[:, 0, power - 1], factor, out=powers[:, 0, power])
         return replace(
             self,
-            coefficients=coefficients,
+            coefficients=self.coefficients * powers,
             brakes=self.brakes.slowed(factor[self.kind == _BRAKE]),
             settlings=self.settlings.slowed(factor[self.kind == _SETTLING]),
         )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import horizontal, quotient
+from planner.flight.motion.kinematics import horizontal, quotient, rows_of
 from planner.flight.motion.px4.braking import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.laws import Brakes
@@ -49,7 +49,7 @@ def _add_turns(pieces: Px4Pieces, legs: Px4Legs) -> None:
     """Add turns, and the braking and waiting for a heading."""
     parameters, planned, limits = legs.parameters, legs.planned, legs.limits
     turning = planned.is_leg & (legs.turn_s > 0.0) & ~planned.is_takeoff & ~legs.weaves.is_stepped
-    move = np.flatnonzero(turning)
+    move = rows_of(turning)
     if not len(move):
         return
     pausing, whole_s = planned.pause_s[move] > 0.0, legs.turn_s[move]
@@ -166,7 +166,7 @@ def _add_brakes(pieces: Px4Pieces, legs: Px4Legs, *, steep: BoolArray) -> None:
         (_FAR, straights.braking.far, straights.braking.joined_m_s, crossing),
         (_NEAR, straights.braking.near, crossing, straights.braking.end_m_s),
     ):
-        move = np.flatnonzero(legs.planned.is_leg & (start > end) & (end > 0.0))
+        move = rows_of(legs.planned.is_leg & (start > end) & (end > 0.0))
         first, last = start[move], end[move]
         aims, brakes = _braked(legs, move, law.select(move), first)
         level = horizontal(brakes.direction)
@@ -188,7 +188,7 @@ def add_weaves(pieces: Px4Pieces, flown: Px4Legs) -> None:
     """Add legs that are stepped, as cubics from one place that was kept to the next."""
     planned = flown.planned
     stepped = flown.weaves.is_stepped & (planned.is_leg | planned.is_wait)
-    for move in np.flatnonzero(stepped).tolist():
+    for move in rows_of(stepped).tolist():
         swung = flown.weaves.swung[move]
         time_s, place, velocity = np.diff(swung.time_s), swung.place_m, swung.velocity_m_s
         if not len(time_s):
@@ -224,7 +224,7 @@ def add_holds(pieces: Px4Pieces, flown: Px4Legs) -> None:
             Places(move, _HOLD, HOLD, planned.hold_s[move]),
             *_braked(flown, move, law, braking.end_m_s[move]),
         )
-    move = np.flatnonzero(holding)
+    move = rows_of(holding)
     if not len(move):
         return
     hold_s, target = planned.hold_s[move], planned.target_m[move]

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, greatest, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import (
+    Columns,
+    clipped,
+    dot,
+    greatest,
+    horizontal,
+    lengths,
+    quotient,
+    rows_of,
+)
 from planner.flight.motion.px4.braking import (
     STILL_M,
     allowed_speed_m_s,
@@ -89,7 +98,7 @@ def final_speeds_m_s(moves: Moves, direction: FloatArray) -> tuple[FloatArray, F
 def _back_m_s(moves: Moves, direction: FloatArray, swings: BoolArray) -> FloatArray:
     """Return the horizontal speeds at which targets are to be passed from beyond, back and then on. (n,)"""
     back_m_s = np.zeros(len(swings))
-    rows = np.flatnonzero(swings)
+    rows = rows_of(swings)
     if len(rows):
         p, way = moves.parameters, (moves.target_m[rows + 1] - moves.target_m[rows])[:, :2]
         corner = corner_speed_m_s(
@@ -123,7 +132,7 @@ def _vertical_corner_speeds_m_s(
     )
     limit, acceleration = vertical_limits(upward > 0.0, parameters)
     speed = corner_speed_m_s(
-        np.clip(cosine, -1.0, 1.0),
+        clipped(cosine, -1.0, 1.0),
         acceleration * parameters.altitude_acceptance_m,
         gain_per_s=1.0,
         acceleration_m_s2=1.0,
@@ -238,7 +247,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
 
 def _takeoffs(moves: Moves, begins_m: FloatArray) -> Takeoffs:
     """Return the take-offs among moves. (n,)"""
-    takeoffs, rows = Takeoffs.none(len(begins_m)), np.flatnonzero(moves.is_takeoff)
+    takeoffs, rows = Takeoffs.none(len(begins_m)), rows_of(moves.is_takeoff)
     if len(rows):
         late_s = moves.late_s[rows]
         made = make_takeoffs(begins_m[rows], moves.target_m[rows], late_s, moves.parameters)
@@ -284,7 +293,7 @@ def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> 
     reached = np.zeros(len(way), dtype=np.bool_)
     candidates = near & ~moves.is_takeoff & ~moves.is_landing
     place = begins_m.copy()
-    for row in np.flatnonzero(candidates).tolist():
+    for row in rows_of(candidates).tolist():
         if not moves.is_first[row]:
             if reached[row - 1] and not moves.hold_s[row - 1] > 0.0:
                 place[row] = place[row - 1]
@@ -371,7 +380,7 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     What waits stops, and is longer underway: the flights of which that is true are flown again.
     """
     legs = _fly_moves(moves)
-    flight = np.cumsum(moves.is_first)
+    flight = moves.is_first.cumsum()
     for _ in range(_LOOKING_ROUNDS if moves.looks.any() else 2):
         hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
         waiting = flight[hold_s != legs.planned.hold_s]
@@ -405,7 +414,7 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     legs = _flown(LegStarts(**field_values(begun), planned=planned))
     changed = legs.end.is_moved(guessed)
     for _ in range(_ROUNDS):
-        active = np.flatnonzero(changed[before] & (before >= 0))
+        active = rows_of(changed[before] & (before >= 0))
         begun = Handed.after(before[active], legs.end, start_m[active])
         if is_landing[active].all():
             Handed.put(legs, active, begun)
@@ -445,10 +454,10 @@ def _flown(begun: LegStarts) -> Px4Legs:
 
     ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
     ends[:, 2] = _end_heights_m(turns.end_m, ends, part)
-    rows = np.flatnonzero(weaves.is_stepped)
+    rows = rows_of(weaves.is_stepped)
     if len(rows):
         ends[rows] = _ends_of_stepped_m(turns.end_m[rows], part.select(rows))
-    rows = np.flatnonzero(slowed)
+    rows = rows_of(slowed)
     if len(rows):
         way = (part.target_m - begun.place_m)[rows]
         level = rows[np.abs(way[:, 2]) <= horizontal(way)]
@@ -461,7 +470,7 @@ def _flown(begun: LegStarts) -> Px4Legs:
     along_m_s = quotient(upright_m_s[rows], np.abs(limits.direction[rows, 2]), np.inf)
     start[rows] = np.minimum(along_m_s, limits.cruise_m_s[rows])
     start[climbing], acceleration[climbing] = part.takeoffs.speed_m_s[climbing], 0.0
-    moving = np.flatnonzero(limits.length_m > STILL_M)
+    moving = rows_of(limits.length_m > STILL_M)
     if len(moving) == len(start):
         straights = fly_straights(limits, start, acceleration)
     else:

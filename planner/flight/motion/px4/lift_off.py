@@ -90,7 +90,7 @@ def lift_off(
     ordered = np.minimum(trajectory, np.interp(time_s, (0.0, ramp_s), (slowest_m_s, most_m_s)))
     # No integral while there is no thrust to take away (``PositionControl::_velocityControl``).
     counted = np.where(ordered > slowest_m_s, ordered, 0.0)
-    built = np.maximum(integral * _STEP_S * np.cumsum(counted), -GRAVITY_M_S2)
+    built = np.maximum(integral * _STEP_S * counted.cumsum(), -GRAVITY_M_S2)
     lifts = int(np.argmax(gain * ordered + built > 0.0))
     missing_m = _STEP_S * float((mean_m_s - ordered[lifts:]).sum())
     settling_m = (drag_per_s * mean_m_s - float(built[lifts])) / integral
@@ -141,7 +141,7 @@ def _risen(
     """Return the speed until it is at a higher one, step by step, and the acceleration there."""
     lasts_s = (to_m_s - from_m_s) / most_m_s2 + most_m_s2 / jerk_m_s3
     rising = np.minimum(jerk_m_s3 * np.arange(0.0, lasts_s + _STEP_S, _STEP_S), most_m_s2)
-    speed = from_m_s + _STEP_S * np.cumsum(rising)
+    speed = from_m_s + _STEP_S * rising.cumsum()
     reached = int(np.argmax(speed > to_m_s)) or len(speed) - 1
     return speed[: reached + 1], float(rising[reached])
 
@@ -153,4 +153,4 @@ def _to_a_stop(from_m_s: float, to_m_s: float, most_m_s2: float, jerk_m_s3: floa
     most = math.sqrt(_BRAKING_M_S3 * top_m_s)
     time_s = np.arange(0.0, (rising + 2.0 * most) / _BRAKING_M_S3, _STEP_S)
     braking = np.abs(_BRAKING_M_S3 * time_s - rising - most) - most
-    return np.concatenate((speed, speed[-1] + _STEP_S * np.cumsum(braking)))
+    return np.concatenate((speed, speed[-1] + _STEP_S * braking.cumsum()))

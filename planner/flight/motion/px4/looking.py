@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import horizontal, lengths, quotient
+from planner.flight.motion.kinematics import horizontal, lengths, quotient, rows_of
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
@@ -77,7 +77,7 @@ def looking_waits_s(
     """
     waits, seen_s = np.zeros_like(before_rad), _seen_s(moves.parameters)
     last, looks, region_m = -2, list[Look](), courses.target_m[0]
-    for row in np.flatnonzero((moves.looks | moves.is_delay) & ~moves.is_first).tolist():
+    for row in rows_of((moves.looks | moves.is_delay) & ~moves.is_first).tolist():
         if moves.looks[row]:
             region_m = courses.target_m[row] + moves.looks_m[row]
         elif last != row - 1:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient, rows_of
 from planner.flight.motion.px4.braking import allowed_speed_m_s, braking_distance_m, half_b_m_s
 from planner.flight.motion.px4.laws import braked_speed_m_s
 from planner.flight.motion.px4.lift_off import RECORDED_DRAG_PER_S, lift_off, relaunch_s
@@ -462,7 +462,7 @@ class _Navigator:
         distance = horizontal(home_m - place)
         nearer_m = np.maximum(distance - RETURN_PLACE_ERROR_M, 0.0)
         turns_home = return_looks_home(nearer_m, np.arange(len(holds_s)), self.parameters)
-        for leg in np.flatnonzero(is_flown[0]).tolist():
+        for leg in rows_of(is_flown[0]).tolist():
             self.east_m, self.north_m, self.height_m = targets[0, leg].tolist()
             stop = self._move(index, item, hold_s=float(holds_s[leg]), is_stop=True, is_return=True)
             yaw = HOME_YAW if turns_home[leg] else math.nan

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, horizontal, quotient
+from planner.flight.motion.kinematics import Columns, clipped, dot, horizontal, quotient, rows_of
 from planner.flight.motion.px4.laws import Brakes, Px4Law, Settlings
 from planner.physics.quadrature import unit_quadrature
 from planner.values import Value, replace
@@ -165,7 +165,7 @@ class Px4Pieces:
     def add_curves(self, places: Places, curves: Curves) -> None:
         """Add curves as far as they are flown in the durations of places."""
         begins = np.cumsum(curves.duration_s, axis=1) - curves.duration_s
-        flown = np.clip(places.duration_s[:, None] - begins, 0.0, curves.duration_s)
+        flown = clipped(places.duration_s[:, None] - begins, 0.0, curves.duration_s)
         row, part = np.nonzero(flown > _SHORTEST_S)
         move, slot, scale = np.broadcast_arrays(places.move, places.slot, places.time_scale)
         own = Places(move[row], places.order, slot[row], flown[row, part], scale[row])
@@ -210,7 +210,7 @@ class Ordered(Value, eq=False):
         shortest_s = at_s[0]
         counts = 1 + np.searchsorted(at_s, self.duration_s - shortest_s, side="right")
         piece = np.repeat(np.arange(len(counts)), counts)
-        number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+        number = np.arange(len(piece)) - np.repeat(counts.cumsum() - counts, counts)
         begin_s = np.append(0.0, at_s)[number]
         end_s = np.where(
             number + 1 < counts[piece], np.append(at_s, 0.0)[number], self.duration_s[piece]
@@ -282,7 +282,7 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         ]
         columns.append(np.concatenate(every))
     move, order, slot, planned_s, time_scale, grounded = columns
-    flown = np.flatnonzero(planned_s > _SHORTEST_S)
+    flown = rows_of(planned_s > _SHORTEST_S)
     flown = flown[np.argsort((move * ORDERS + order)[flown], kind="stable")]
     key = (move * SLOTS + slot)[flown]
     begins = np.concatenate(([True], key[1:] != key[:-1]))
@@ -290,7 +290,7 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
     duration = planned_s / scale
     return Ordered(
         law=Px4Law.joined(laws).select(flown).slowed(scale),
-        segment=np.cumsum(begins) - 1,
+        segment=begins.cumsum() - 1,
         offset_s=np.zeros(len(flown)),
         duration_s=duration,
         is_grounded=grounded[flown],

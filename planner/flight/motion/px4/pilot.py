@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import (
     Motion,
     SegmentColumns,
     horizontal,
+    rows_of,
 )
 from planner.flight.motion.px4.braking import (
     flown_acceleration_m_s2,
@@ -109,7 +110,7 @@ def _assumed_headings(
 ) -> Iterator[Finding]:
     """Yield each wait that is as long as it is only because a heading is not known."""
     most_s = np.maximum(any_turn_s.max(axis=0), taken_s)
-    for move in np.flatnonzero(most_s >= _WORTH_SAYING_S).tolist():
+    for move in rows_of(most_s >= _WORTH_SAYING_S).tolist():
         message = (
             f"{taken_s[move]:.1f} s taken to turn to the heading asked for, of 0 to {most_s[move]:.1f} s: "
             "the heading the vehicle is armed with is not known"
@@ -180,7 +181,7 @@ class Px4Pilot(Value):
         weaving = weave_findings(moves.item, legs.weaves, legs.turn_s)
         found = (*gap_findings(stages, self.parameters), *assumed, *weaving)
         motion = replace(motion, findings=motion.findings + found)
-        turned = np.flatnonzero(taken_s)
+        turned = rows_of(taken_s)
         if not len(turned):
             return motion
         first = int(np.argmax(motion.segments.item == moves.item[turned[0]]))
@@ -316,10 +317,10 @@ def _segments(
     ramp_state = np.where(peak < legs.straights.rise.from_m_s, _BRAKING, _ACCELERATING)
     ramp_state[steep] = np.where(upward[steep] > 0.0, _CLIMBING, _DESCENDING)
     ramp_state[planned.is_takeoff], ramp_state[moves.is_landing] = _TAKING_OFF, _LANDING
-    state, ramps = _STATES[slot], np.flatnonzero(slot == RAMP)
+    state, ramps = _STATES[slot], rows_of(slot == RAMP)
     state[ramps] = ramp_state[move[ramps]]
     way_m = ordered.summed(ordered.ways_m(curves=bool(drag_per_s)))
-    stopping_m, cruises = np.full(len(slot), np.nan), np.flatnonzero(slot == CRUISE)
+    stopping_m, cruises = np.full(len(slot), np.nan), rows_of(slot == CRUISE)
     stopping_m[cruises] = stopping_distance_m(top[move[cruises]], parameters, drag_per_s)
     # A stop goes on beyond the place that counts as reached.
     beyond_m, stops = limits.tail_m * level, planned.is_leg & (planned.final_level_m_s == 0.0)

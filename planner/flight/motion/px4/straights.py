@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, greatest, horizontal, quotient
+from planner.flight.motion.kinematics import (
+    Columns,
+    clipped,
+    greatest,
+    horizontal,
+    quotient,
+    rows_of,
+)
 from planner.flight.motion.px4.braking import (
     CLAMPED_M_S,
     Px4Ramps,
@@ -283,7 +290,7 @@ def make_rises(limits: Limits, start_m_s: FloatArray, acceleration_m_s2: FloatAr
     total, peak = length + limits.tail_m, limits.cruise_m_s.copy()
     lowest = start_m_s + 0.5 * begun * begun_s
     until_back = _way_until_back_m(peak, first, a, j) - begun_m
-    short = np.flatnonzero(until_back + limits.laws.reach_m(peak) > total)
+    short = rows_of(until_back + limits.laws.reach_m(peak) > total)
     if len(short):
         laws, some = limits.laws.select(short), (first[short], a[short], j[short])
         least, before, whole = lowest[short], begun_m[short], total[short]
@@ -302,7 +309,7 @@ def make_rises(limits: Limits, start_m_s: FloatArray, acceleration_m_s2: FloatAr
     ramped = np.where(held, 0.0, ramped)
     peak = np.where(held, start_m_s, peak)
     is_cut = ~late & (ramped > length)
-    cut = np.flatnonzero(is_cut)
+    cut = rows_of(is_cut)
     if len(cut):
         used, some = (begun_m + length)[cut], (first[cut], a[cut], j[cut])
         peak[cut] = root(lambda speed: _cut_way_m(speed, *some) - used, start_m_s[cut], peak[cut])
@@ -353,7 +360,7 @@ def fly_straights(
     peak, tail, laws = rise.peak_m_s, limits.tail_m, limits.laws
     left = limits.length_m + tail - rise.way_m
     kept = np.maximum(laws.reach_m(peak), tail)
-    rows = np.flatnonzero((kept > tail) & ~rise.is_cut)
+    rows = rows_of((kept > tail) & ~rise.is_cut)
     cruise = np.maximum(left - np.where(rise.is_cut, tail, kept), 0.0)
     left = left - cruise
     if len(rows) == len(peak):
@@ -380,7 +387,7 @@ def _brakings(limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray) -> Bra
         joined_m_s=speed,
         final_m=np.where(follows, final, 0.0),
     )
-    rows = np.flatnonzero(follows & (far_axis != near_axis))
+    rows = rows_of(follows & (far_axis != near_axis))
     if not len(rows):
         return braking
     far, near, end = (
@@ -389,7 +396,7 @@ def _brakings(limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray) -> Bra
         laws.lowest_allowed_m_s(tail),
     )
     crossing = np.maximum(_crossings_m_s(far, near), far.final_m_s)
-    crosses = np.flatnonzero((crossing > end[rows]) & (crossing <= speed[rows]))
+    crosses = rows_of((crossing > end[rows]) & (crossing <= speed[rows]))
     if len(crosses):
         rows, crossing = rows[crosses], crossing[crosses]
         far, near, limits = far.select(crosses), near.select(crosses), limits.select(rows)
@@ -433,7 +440,7 @@ def _onsets(
     whole = time = np.minimum(a / j, np.sqrt(peak / fall))
 
     falling = begins, peak, j, fall
-    early = np.flatnonzero(_shortfall_m_s(whole, laws.lowest_allowance(), falling) > 0.0)
+    early = rows_of(_shortfall_m_s(whole, laws.lowest_allowance(), falling) > 0.0)
     if len(early):
         allowance, some = laws.select(early).lowest_allowance(), tuple(x[early] for x in falling)
         time, most = whole.copy(), whole[early]
@@ -442,7 +449,7 @@ def _onsets(
     # Where t (v − j t²/6) is the way left, by the sine of an angle thrice as large.
     last_s = np.sqrt(2.0 * peak / j)
     share = quotient(1.5 * (begins - tail), peak * last_s)
-    time = np.where(ends, 2.0 * last_s * np.sin(np.arcsin(np.clip(share, 0.0, 1.0)) / 3.0), time)
+    time = np.where(ends, 2.0 * last_s * np.sin(np.arcsin(clipped(share, 0.0, 1.0)) / 3.0), time)
     now = peak - 0.5 * j * time**2
     here = begins - _fallen_m(time, peak, j)
     # At the deceleration there is by now until the last of the laws allows the speed.
@@ -450,7 +457,7 @@ def _onsets(
     rate = np.maximum(j * time, 1e-9)
     joined = _joined_m_s(limits, now, here, rate_m_s2=rate, trails=trails)
     lowest = np.minimum(*np.where(laws.binds, laws.final_m_s, np.inf))
-    joined = np.clip(joined, lowest, now)
+    joined = clipped(joined, lowest, now)
     after = here - (now**2 - joined**2) / (2.0 * rate)
     short = after < tail
     stopped = np.sqrt(np.maximum(now**2 - 2.0 * rate * np.maximum(here - tail, 0.0), 0.0))
@@ -547,7 +554,7 @@ def _alone(
     kept = np.minimum(kept, np.maximum(left_m - leaves_m, 0.0))
     some = slower > _SLOWER * (1.0 + speed_m_s)
     twice = np.divide(2.0 * a * kept, slower, out=speed_m_s + leaves_m_s + b, where=some)
-    alone = 0.5 * np.clip(twice - speed_m_s - leaves_m_s, _LEAST_SHARE * b, b)
+    alone = 0.5 * clipped(twice - speed_m_s - leaves_m_s, _LEAST_SHARE * b, b)
     alone = np.maximum(alone, _softest_m_s(limits, law, speed_m_s))
     lone = law.through(alone, speed_m_s, left_m)
     return lone, lone.end_m_s(speed_m_s, kept), left_m - kept - limits.tail_m
@@ -579,7 +586,7 @@ def _leaving(
     within = is_final & (met > tail_m) & (met < left_m)
     # Between the two, what is above the final speed falls with the square of the time.
     reach = np.maximum(half_b * final / a - met, 1e-9)
-    share = np.clip((tail_m - met) / reach, 0.0, 1.0)
+    share = clipped((tail_m - met) / reach, 0.0, 1.0)
     above = np.where(is_final, share**2, 1.0) * (trailing - allowed)
     return np.where(within, met, tail_m), np.where(within, final, allowed + above)
 
@@ -632,7 +639,7 @@ def limits_along(start_m: FloatArray, end_m: FloatArray, planned: PlannedLegs) -
             binds=binds,
             acceleration_m_s2=brake_m_s2,
             jerk_m_s3=brake_m_s3,
-            final_m_s=np.stack((final, planned.final_upright_m_s)) / shares,
+            final_m_s=np.array((final, planned.final_upright_m_s)) / shares,
             half_b_m_s=half_b_m_s(brake_m_s2, brake_m_s3),
         ),
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, dot, greatest, horizontal, quotient
+from planner.flight.motion.kinematics import Columns, clipped, dot, greatest, horizontal, quotient
 from planner.flight.motion.px4.braking import (
     CLAMPED_M_S,
     STILL_M,
@@ -235,7 +235,7 @@ def _swings(begun: _Corners, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
     rate = np.minimum(vertical_m_s, held * steep)
     lift = np.abs(np.sign(height) * rate - begun.velocity_m_s[:, 2])
     jerk = np.full(len(v), parameters.jerk_m_s3)
-    steered = np.clip(-frame.y_m / l1, -1.0, 1.0)
+    steered = clipped(-frame.y_m / l1, -1.0, 1.0)
     for _ in range(2):
         # Towards the point steered for once the swing is over, which its own way decides.
         cos_steered = np.sqrt(1.0 - steered**2)
@@ -249,7 +249,7 @@ def _swings(begun: _Corners, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
         )
         time = ramps.duration_s
         y_swung = (frame.y_m + 0.5 * time * v * sin_turn) / (1.0 + 0.5 * time * held / l1)
-        steered = np.clip(-y_swung / l1, -1.0, 1.0)
+        steered = clipped(-y_swung / l1, -1.0, 1.0)
     x_swung = frame.x_m + 0.5 * time * (v * cos_turn + held * cos_steered)
     aligned = _ALIGNED_RAD + np.arctan2(-y_swung, np.maximum(frame.length_m - x_swung, l1))
     cos_steered = np.sqrt(1.0 - steered**2)
@@ -294,9 +294,7 @@ def _swings(begun: _Corners, frame: _LegFrame, held_m_s: FloatArray) -> Turns:
     )
     return Turns(
         duration_s=duration,
-        end_m=np.column_stack(
-            (frame.place_m(begun.begins_m, x, y), begun.place_m[:, 2] + climbed)
-        ),
+        end_m=np.column_stack((frame.place_m(begun.begins_m, x, y), begun.place_m[:, 2] + climbed)),
         speed_m_s=np.maximum(ALIGNED_COS * last, 0.0),
         acceleration_m_s2=np.maximum(np.where(late, 0.0, along_change / change * gained_m_s2), 0.0),
     )
@@ -319,7 +317,7 @@ def _led(
     """
     sin_aligned = np.ones_like(off_m)
     for _ in range(3):
-        aside = np.clip(off_m, 0.0, l1_m * sin_aligned)
+        aside = clipped(off_m, 0.0, l1_m * sin_aligned)
         sin_aligned = np.sin(_ALIGNED_RAD + np.arctan2(aside, ahead_m))
     first = np.arcsin(np.maximum(sin_steered, sin_aligned))
     last = np.minimum(np.arcsin(sin_aligned), first)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient, rows_of
 from planner.flight.motion.px4.braking import STILL_M, allowed_speed_m_s, ramp_time_s
 from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.flight.motion.px4.stepping import (
@@ -154,7 +154,7 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     flies = (planned.is_leg | planned.is_wait) & ~planned.is_takeoff & (planned.pause_s == 0.0)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
     swings = planned.swings & (lengths(planned.target_m - begun.place_m) < _FARTHEST_M)
-    for row in np.flatnonzero(flies & (swings | _circles(begun, l1))).tolist():
+    for row in rows_of(flies & (swings | _circles(begun, l1))).tolist():
         hold_s = max(float(planned.hold_s[row]), _NAVIGATED_S)
         weaves.step(row, stepped(_swing(begun, row, hold_s=hold_s)), planned.target_m[row], turns)
         weaves.is_held[row] = True
@@ -166,11 +166,11 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     flies &= ~weaves.is_held
     cuts = _cuts(begun, turns, l1, beside_m)
     turns_on = cuts & ~planned.leaves_circle
-    for row in np.flatnonzero(flies & ~leaves & ~shoots & (planned.leaves_swing | cuts)).tolist():
+    for row in rows_of(flies & ~leaves & ~shoots & (planned.leaves_swing | cuts)).tolist():
         swing = _swing(begun, row, period_s=_COARSE_S)
         swung = stepped(_braking(begun, row, swing) if turns_on[row] else swing)
         weaves.step(row, swung, planned.target_m[row], turns)
-    for row in np.flatnonzero(flies & (leaves | shoots)).tolist():
+    for row in rows_of(flies & (leaves | shoots)).tolist():
         factors = (1.0, *(_SLOW if slow[row] else _SIMILAR))
         several = [
             stepped(_swing(begun, row, factor))
@@ -314,13 +314,13 @@ def _vector(row: FloatArray) -> Vector:
 
 def weave_findings(item: IntArray, weaves: Weaves, turn_s: FloatArray) -> Iterator[Finding]:
     """Yield each leg that is weaved across, or may be begun in two ways."""
-    for move in np.flatnonzero(weaves.is_open).tolist():
+    for move in rows_of(weaves.is_open).tolist():
         message = (
             "PX4 may fly straight to this place, or first to the line behind the LOITER_TO_ALT before, which "
             "it leaves from afar and hardly moving: the longer way is predicted"
         )
         yield WEAVES.finding(message, item=int(item[move]), severity=Severity.WARNING)
-    for move in np.flatnonzero(weaves.astray_m).tolist():
+    for move in rows_of(weaves.astray_m).tolist():
         message = (
             f"PX4 weaves {weaves.astray_m[move]:.0f} m across its line to this place, for about "
             f"{turn_s[move]:.0f} s: it leaves the place before from too far away, too fast"
