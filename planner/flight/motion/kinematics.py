@@ -69,8 +69,8 @@ def is_nonzero(vectors: FloatArray) -> BoolArray:
     return np.asarray(greatest(np.abs(vectors)) != 0.0)
 
 
-def rows_of(mask: BoolArray) -> IntArray:
-    """Return the rows in which a mask of one axis holds."""
+def rows_of(mask: BoolArray | IntArray | FloatArray) -> IntArray:
+    """Return the rows in which a mask of one axis holds, or a number is not zero."""
     return mask.nonzero()[0]  # `np.flatnonzero` takes ten times as long of few rows
 
 
