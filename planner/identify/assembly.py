@@ -106,7 +106,8 @@ def flown_box(
     """Return the box of what was flown, no larger.
 
     Airspeeds of a way with the wind, which the ``lean`` of other flights contradicts, reach no farther than
-    that tells.  ``mass_kg`` is that without payload, ``None`` where the power does not depend on it.
+    that tells; those of flights one way are less by two deviations of a wind that nothing tells.
+    ``mass_kg`` is that without payload, ``None`` where the power does not depend on it.
 
     Raises IdentificationError if neither a speed nor a height is known.
     """
@@ -122,8 +123,7 @@ def flown_box(
             for r, f in zip(records, flown, strict=True)
             if (own := _known([r.ground_speed_m_s], [f])).size
         ]
-    if lean.shown_airspeed_m_s is not None:
-        speeds = [min(one, lean.shown_airspeed_m_s) for one in speeds]
+    speeds = [lean.shown_m_s(one) for one in speeds]
     if ramps is not None:
         climbs += [-ramps.descent_m_s, ramps.climb_m_s]
     if not speeds and not heights.size:

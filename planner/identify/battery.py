@@ -225,6 +225,12 @@ def _start_reading(charge: float) -> str:
     return f"Every flight that began within 2 % of the highest voltage began with {began}."
 
 
+def capacity_set_ah(record: FlightRecord) -> float | None:
+    """Return the capacity that somebody set in the autopilot of a flight; ``None``: nobody did. [Ah]"""
+    found_ah = _parameter([record], CAPACITY_PARAMETERS, 1e-3)
+    return None if _of_firmware([record]) else found_ah
+
+
 def _of_firmware(records: Sequence[FlightRecord]) -> tuple[Finding, ...]:
     """Return the finding of a capacity that nobody set."""
     begins_ah = ArduPilotParameters().battery_capacity_ah

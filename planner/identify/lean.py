@@ -56,6 +56,8 @@ _LIMIT_ERROR = 0.03
 """Most that the airspeed at the greatest lean is off by where less lean tells it. [-]"""
 _USUAL_EXPONENT = 1.5
 """Of a drag whose exponent flights do not tell: between that of rotors and that of a body. [-]"""
+_BESIDE = 1.5
+"""Most drag of a frame flown side or tail first, over that nose first. [-]"""
 _ONE_WAY = 0.9
 """Of the mean of directions, from which on they are one: of two at right angles it is 0.7. [-]"""
 _AHEAD_RAD = math.radians(45.0)
@@ -83,13 +85,17 @@ class LeanFlight(Value):
 
     contradicted: frozenset[int] = frozenset()
     """Places of the flights that lean less than others let them: they had the wind behind them."""
+    is_one_way: bool = False
+    """Whether each flight heads one way, in a wind that nothing tells: all of its speed may be wind."""
 
-    @property
-    def shown_airspeed_m_s(self) -> float | None:
-        """Most that a flown airspeed may be where flights contradict each other; ``None``: anything."""
+    def shown_m_s(self, flown_m_s: float) -> float:
+        """Return what of a flown airspeed is shown: of one that may be wind no more than is certain."""
+        if self.is_one_way:
+            least = flown_m_s - 2.0 * _UNTOLD_WIND_M_S
+            flown_m_s = max(least, (1.0 - 2.0 * _MOST_ERROR) * flown_m_s)
         if not self.contradicted:
-            return None
-        return self.airspeed_limit_m_s or self.sure_airspeed_m_s
+            return flown_m_s
+        return min(flown_m_s, self.airspeed_limit_m_s or self.sure_airspeed_m_s or math.inf)
 
     @property
     def limit_air_kg_m3(self) -> float | None:
@@ -115,6 +121,8 @@ class _Lean(NamedTuple):
     """Whether the nose points along the way, as on the legs of missions; trim and frame drag otherwise."""
     is_one_way: bool = False
     """Whether all of its flight heads one way, in a wind that nothing tells."""
+    is_contradicted: bool = False
+    """Whether no one airspeed of each lean goes with its flight: it may have had the wind behind it."""
 
     @property
     def is_at_limit(self) -> bool:
@@ -161,13 +169,15 @@ def identified_lean(
         place for place, one in enumerate(flights) if one and _is_contradicted(one, flown)
     )
     kept = [one for place, one in enumerate(flights) if one and place not in contradicted]
-    if not kept:  # the least of them counts
-        contradicted, kept = frozenset(), flown
+    if not kept:  # the least of them counts, however fast the wind behind it was
+        contradicted = frozenset()
+        kept = [[leg._replace(is_contradicted=True) for leg in one] for one in flown]
     found = _of_flights(kept, base, densest)
     if found is None:
         assert base is not None
         return _of_base(base)
-    found = replace(found, contradicted=contradicted)
+    is_one_way = bool(flown) and all(one[0].is_one_way for one in flown)
+    found = replace(found, contradicted=contradicted, is_one_way=is_one_way)
     if densest is None:
         return found
     sure_m_s = found.sure_airspeed_m_s
@@ -202,7 +212,8 @@ ONE_WAY = Rule(
     why="Speeds over ground count as airspeeds: with 6 m/s behind it a vehicle that holds 10 m/s is taken "
     "for one that holds 15, and flights against that wind fell.",
     how="No log holds an airspeed or a wind, nor tells a wind by its lean, and the steady level flight of "
-    "all heads one way: the mean of its directions is longer than 0.9.",
+    "each heads one way, whose wind may be another each time: the mean of its directions is longer than "
+    "0.9.",
     fix="add a flight that goes there and back at one height",
 )
 
@@ -215,9 +226,8 @@ def knows_wind(record: FlightRecord) -> bool:
 def one_way_findings(records: Sequence[FlightRecord]) -> list[Finding]:
     """Return that no flight shows what of its speeds is wind."""
     flying = [one for one in records if level_parts(one)]
-    if any(map(knows_wind, flying)) or not _point_one_way(
-        [way for one in flying for way in _ways(one)]
-    ):
+    is_one_way = bool(flying) and all(_point_one_way(_ways(one)) for one in flying)
+    if any(map(knows_wind, flying)) or not is_one_way:
         return []
     names = ", ".join(f"{one.source}#{one.number}" for one in flying)
     return [
@@ -230,13 +240,14 @@ def one_way_findings(records: Sequence[FlightRecord]) -> list[Finding]:
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
     """Return whether a flight leans less than another leg of it lets it: it had the wind behind it.
 
-    By drag that goes by the airspeed at least and by its square at most, and by trims, nose first; of a
-    flight one way than legs of others let it.
+    By drag that goes by the airspeed at least and by its square at most, by trims, and by how the frame is
+    turned; of a flight one way than legs of others let it.
     """
     return any(
-        (one.drag + 2.0 * _TRIM) * max(faster, faster**2) < other.drag
+        (one.drag + 2.0 * _TRIM) * (1.0 if one.is_ahead else _BESIDE) * max(faster, faster**2)
+        < other.drag
         for one in flight
-        if one.is_ahead and not one.error
+        if not one.error
         for others in (flights if one.is_one_way else [flight])
         for other in others
         if other.is_ahead and (faster := other.airspeed_m_s / one.airspeed_m_s)
@@ -372,7 +383,8 @@ class _DragLaw(NamedTuple):
 
 
 def _limited(flown: _Lean, lean_rad: float, law: _DragLaw | None, error: float) -> LeanFlight:
-    untold = _UNTOLD_WIND_M_S / flown.airspeed_m_s if flown.is_one_way else 0.0
+    is_untold = flown.is_one_way or flown.is_contradicted
+    untold = _UNTOLD_WIND_M_S / flown.airspeed_m_s if is_untold else 0.0
     return LeanFlight(
         airspeed_limit_m_s=rounded(flown.airspeed_m_s, 4),
         limit_lean_deg=rounded(math.degrees(lean_rad), 4),

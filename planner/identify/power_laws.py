@@ -499,9 +499,12 @@ class _MapData(Value, eq=False, dict=True):
             msg = "the fit of momentum theory to the steady flights did not end"
             raise IdentificationError(msg)
         data, of_data = found.fun[: powers.size], found.jac[: powers.size]
-        surplus = float(np.sum((of_law + of_span) / scale**2)) - len(_FITTED)
+        of_prior, told = np.diag(self.deviations**-2.0), of_data.T @ of_data
+        # What the data fit of the numbers, which the prior holds too: one that it holds is not fitted.
+        fitted = float(np.trace(np.linalg.solve(told + of_prior, told)))
+        surplus = float(np.sum((of_law + of_span) / scale**2)) - fitted
         inflation = max(1.0, float(data @ data) / surplus) if surplus > 0.0 else 1.0
-        information = of_data.T @ of_data / inflation + np.diag(self.deviations**-2.0)
+        information = told / inflation + of_prior
         return _MapFit(x=found.x, ring=ring, cost=float(found.cost), information=information)
 
 

@@ -28,7 +28,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
-from planner.identify.battery import PackSettings, identify_battery
+from planner.identify.battery import PackSettings, capacity_set_ah, identify_battery
 from planner.identify.flown_mission import flown_parameters, loads_let_go
 from planner.identify.lean import identified_lean, one_way_findings
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from planner.identify.lean import LeanFlight
     from planner.identify.log_table import LogConditions
     from planner.identify.segments import MeasuredPower
+    from planner.identify.uncertainty import Estimate
     from planner.logs.record import FlightRecord
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import ModelSpread, Provenance, ValidFor, VehicleModel
@@ -342,26 +343,41 @@ def _narrowed_resistance(
 ) -> NarrowedFactor | None:
     """Return what the sag of the voltage tells of the battery's resistance; ``None``: nothing.
 
-    Prior and measurement are normal in the logarithm, so that their mean is by the inverse variances.
+    Prior and measurement are normal in the logarithm, so that their mean is by the inverse variances.  Flown
+    on a battery of another capacity, it is that of as many more or fewer of its cells beside each other.
     """
     battery, spread = vehicle.battery, vehicle.spread
     before = 0.0 if spread is None else dict(spread.law_fraction).get(_RESISTANCE, 0.0)
     if battery is None or not battery.internal_resistance_ohm or not before:
         return None
-    pack = PackSettings(
-        capacity_ah=battery.new_charge_ah,
-        cells_in_series=battery.cells_in_series,
-        chemistry=battery.chemistry,
-    )
-    outcome = identify_battery([one for one, _ in flown], pack, [own for _, own in flown]).outcome
-    shown = next((one for one in outcome.estimates if one.name == _RESISTANCE), None)
-    if shown is None or not shown.error < shown.value:
+    own_ah = battery.new_charge_ah
+    of_capacity: dict[float | None, list[tuple[FlightRecord, LogConditions]]] = {}
+    for record, own in flown:
+        of_capacity.setdefault(capacity_set_ah(record) or own_ah, []).append((record, own))
+    shown: list[Estimate] = []
+    for flown_ah, alike in of_capacity.items():
+        pack = PackSettings(
+            capacity_ah=flown_ah,
+            cells_in_series=battery.cells_in_series,
+            chemistry=battery.chemistry,
+        )
+        outcome = identify_battery(
+            [one for one, _ in alike], pack, [own for _, own in alike]
+        ).outcome
+        larger = flown_ah / own_ah if flown_ah and own_ah else 1.0
+        shown += [
+            replace(one, value=one.value * larger, error=one.error * larger)
+            for one in outcome.estimates
+            if one.name == _RESISTANCE and one.error < one.value
+        ]
+    if not shown:
         return None
-    variance = (shown.error / shown.value) ** 2 + _PACK**2
+    best = min(shown, key=lambda one: one.error / one.value)
+    variance = (best.error / best.value) ** 2 + _PACK**2
     weight = before**2 / (before**2 + variance)
     return NarrowedFactor(
         name=_RESISTANCE,
-        value=(shown.value / battery.internal_resistance_ohm) ** weight,
+        value=(best.value / battery.internal_resistance_ohm) ** weight,
         before=before,
         after=before * math.sqrt(1.0 - weight),
     )
@@ -437,13 +453,10 @@ def shown_box(box: ValidFor, steady: Sequence[MeasuredPower], lean: LeanFlight) 
     held, by drag that may go by the square, it ends where that is.
     """
     shown = {
-        "speed_m_s": [one.airspeed_m_s for one in steady],
+        "speed_m_s": [lean.shown_m_s(one.airspeed_m_s) for one in steady],
         "climb_rate_m_s": [one.climb_rate_m_s for one in steady],
     }
     sure = {} if lean.sure_airspeed_m_s is None else {"speed_m_s": lean.sure_airspeed_m_s}
-    if lean.shown_airspeed_m_s is not None:
-        most_m_s = lean.shown_airspeed_m_s
-        shown["speed_m_s"] = [min(one, most_m_s) for one in shown["speed_m_s"]]
     wider = {}
     for name, values in shown.items():
         own = getattr(box, name)

@@ -196,15 +196,16 @@ def test_no_flight_makes_sure_what_another_does_not() -> None:
 @pytest.mark.parametrize("other", [(4.0, 8.7, 4.0), (8.0, 22.1, 8.0)])
 def test_a_way_with_the_wind_widens_no_airspeed(other: tuple[float, float, float]) -> None:
     # ArduCopter's simulator: 500 m at 15 m/s over ground with 5.5 m/s of wind behind lean 27.5°
-    downwind, calm = flight((15.0, 27.5, 15.0)), flight(other)
+    downwind, calm = flight((15.0, 27.5, 15.0)), flight(other, other)
     found, alone = identified_lean([downwind, calm]), identified_lean([calm])
     assert found.sure_airspeed_m_s == alone.sure_airspeed_m_s
-    assert found.shown_airspeed_m_s == alone.sure_airspeed_m_s
-    assert alone.shown_airspeed_m_s is None
+    assert found.shown_m_s(15.0) == alone.sure_airspeed_m_s
     # a limit that others show is not lost
     held = flight((5.0, lean_deg(5.0), 5.0), (10.0, 30.0, 12.0))
     assert identified_lean([downwind, held]).airspeed_limit_m_s == 10.0
-    assert identified_lean([downwind, held]).shown_airspeed_m_s == 10.0
+    assert identified_lean([downwind, held]).shown_m_s(15.0) == 10.0
+    # to and fro alone, what was flown was flown
+    assert identified_lean([held]).shown_m_s(15.0) == 15.0
 
 
 def test_a_flight_that_contradicts_itself_is_left_out_of_the_law_of_others() -> None:
@@ -233,6 +234,39 @@ def test_a_limit_held_one_way_in_an_unknown_wind_is_not_certain() -> None:
     assert (sorted(both.contradicted), sorted(calm.contradicted)) == ([1], [])
     assert both.airspeed_limit_m_s == calm.airspeed_limit_m_s == pytest.approx(9.98)
     assert both.limit_lean_deg == calm.limit_lean_deg
+
+
+def test_a_limit_of_a_flight_that_contradicts_itself_is_not_certain() -> None:
+    # ArduCopter's simulator, 4 m/s of wind: 5 m/s against it at 30 m, 14.24 m/s with it at the height of the
+    # return, tail first and held to 30°; through the air it is 10.24 m/s
+    blown = flight((5.0, 25.0, 5.0), (14.24, 30.0, 15.0))
+    yaw_deg = np.where(blown.velocity_north_m_s < 0.0, 0.0, 180.0)
+    yaw_deg[:SPAN] = 0.0
+    blown = replace(blown, yaw_deg=yaw_deg)
+    alone = identified_lean([blown])
+    assert alone.airspeed_limit_m_s == 14.24
+    assert alone.limit_fraction == pytest.approx(3.0 / 14.24, abs=0.005)
+    # beside flights that do not, it is left out
+    calm = flight((5.0, lean_deg(5.0), 5.0), (8.0, lean_deg(8.0), 8.0), (10.0, 30.0, 12.0))
+    both = identified_lean([calm, blown])
+    assert (both.airspeed_limit_m_s, sorted(both.contradicted)) == (10.0, [1])
+    # of a frame with half as much drag again side on, both are in calm air
+    aside = flight((9.0, lean_deg(9.0), 9.0), (11.0, 28.0, 15.0))
+    aside = replace(aside, yaw_deg=np.where(aside.velocity_north_m_s < 0.0, 90.0, 0.0))
+    assert not identified_lean([calm, aside]).contradicted
+
+
+def test_of_airspeeds_flown_one_way_in_an_unknown_wind_that_of_the_wind_is_not_shown() -> None:
+    # ArduCopter's simulator: 15 m/s over ground with 6.5 m/s behind at 40 m
+    one_way = identified_lean([flight((15.0, 20.0, 15.0))])
+    assert one_way.shown_m_s(15.0) == pytest.approx(15.0 - 2.0 * 3.0)
+    assert one_way.shown_m_s(5.0) == pytest.approx(0.2 * 5.0)  # nothing is less certain than that
+    # each of two ways may have had its own wind behind it
+    back = flight((15.0, 20.0, 15.0))
+    back = replace(back, velocity_north_m_s=-back.velocity_north_m_s)
+    assert identified_lean([flight((15.0, 20.0, 15.0)), back]).shown_m_s(15.0) == 9.0
+    to_and_fro = identified_lean([flight((15.0, 20.0, 15.0), (15.0, 20.0, 15.0))])
+    assert to_and_fro.shown_m_s(15.0) == 15.0
 
 
 def test_what_leans_as_far_as_the_limit_is_at_it_whatever_speed_it_keeps() -> None:

@@ -241,6 +241,19 @@ def test_the_sag_of_the_voltage_narrows_the_resistance_of_the_battery() -> None:
     told_ohm = refined.model.battery.internal_resistance_ohm
     assert told_ohm == pytest.approx(resistance.value * assumed_ohm, rel=0.01)
     assert refined.model.battery.ocv_v == vehicle.battery.ocv_v
+    # half of the cells beside each other sag twice as far: the resistance of all of them is the same
+    half = replace(
+        sagging,
+        parameters={**sagging.parameters, "BATT_CAPACITY": 2600.0},
+        voltage_v=np.interp(1.0 - 2.0 * drawn, vehicle.battery.ocv_soc, vehicle.battery.ocv_v)
+        - 2.0 * true_ohm * current_a,
+    )
+    of_half = [
+        one
+        for one in refine_vehicle(vehicle, [half]).power.factors
+        if one.name == "internal_resistance_ohm"
+    ]
+    assert of_half[0].value == pytest.approx(resistance.value, rel=0.03)
     # a flight of one current shows none
     steady = replace(sagging, current_a=np.full_like(current_a, 20.0))
     assert refine_vehicle(vehicle, [steady]).model.battery == vehicle.battery
