@@ -21,6 +21,7 @@ from planner.vehicle.parameters.table import parameter_table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import VehicleModel
@@ -434,9 +435,7 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
 
 def _legs(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
     """Yield the steady level flight of a record, as if its wind were known."""
-    limit_rad = _lean_angle_max_rad(record)
-    roll, pitch = np.radians(record.roll_deg), np.radians(record.pitch_deg)
-    lean_rad = np.arccos(np.cos(roll) * np.cos(pitch))
+    limit_rad, lean_rad = _lean_angle_max_rad(record), _lean_rad(record)
     airspeed = speed_through_air_m_s(record)
     course_rad = np.arctan2(record.velocity_east_m_s, record.velocity_north_m_s)
     turned = np.exp(1j * (np.radians(record.yaw_deg) - course_rad))
@@ -458,6 +457,19 @@ def _legs(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
                 error=0.0,
                 is_ahead=not beside[part].mean() > _AHEAD_RAD,
             )
+
+
+def is_at_lean_limit(record: FlightRecord) -> BoolArray:
+    """Return where a vehicle leans as far as it may: its speed is that of the lean, whatever is commanded."""
+    limit_rad = _lean_angle_max_rad(record)
+    if limit_rad is None:
+        return np.zeros(record.time_s.size, np.bool_)
+    return np.abs(_lean_rad(record) - limit_rad) < _NEAR_RAD
+
+
+def _lean_rad(record: FlightRecord) -> FloatArray:
+    roll, pitch = np.radians(record.roll_deg), np.radians(record.pitch_deg)
+    return np.asarray(np.arccos(np.cos(roll) * np.cos(pitch)))
 
 
 def _lean_angle_max_rad(record: FlightRecord) -> float | None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from planner.identify.lean import is_at_lean_limit
 from planner.identify.segments import FlightPart, speed_along_m_s, speed_over_ground_m_s
 from planner.values import Value, force_setattr, replace
 
@@ -226,6 +227,8 @@ _REST_S = 10.0
 """Rest that is kept before a command: more does not improve the offset."""
 _LEAST_REST_S = 2.0
 _LONGEST_S = 120.0
+_HELD_S = 5.0
+"""Longest that a vehicle which speeds up by itself leans as far as it may. [s]"""
 _PAUSE_S = 2.0
 """A reference that does not move for less is still on its way."""
 _LEAST_STEP_M = 2.0
@@ -384,6 +387,10 @@ def _cut(
         refusal = f"less than {_LEAST_REST_S:g} s of rest before the command"
     elif next_first < command.end:
         refusal = "another reference changes before this one has arrived"
+    elif signal.answer is ResponseKind.SPEED and (
+        np.count_nonzero(is_at_lean_limit(record)[part]) * record.step_s > _HELD_S
+    ):
+        refusal = "held at the greatest lean angle, whatever speed is commanded"
     elif not np.isfinite(signal.column).any() and signal.answer in POWERS:
         has_power = np.isfinite(record.power_w).any()
         refusal = "no hover power to count from" if has_power else "no power in the log"

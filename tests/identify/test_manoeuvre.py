@@ -141,3 +141,23 @@ def test_in_wind_the_answer_to_a_command_of_speed_is_over_ground() -> None:
         (cut,) = (one for one in cut_manoeuvres(known) if one.answer is ResponseKind.SPEED)
         assert cut.manoeuvre is not None
         assert cut.manoeuvre.answer[-1] == 8.0
+
+
+@pytest.mark.parametrize(("held_s", "is_refused"), [(5.0, False), (5.1, True)])
+def test_a_speed_held_by_the_lean_is_no_answer_to_its_command(
+    held_s: float, *, is_refused: bool
+) -> None:
+    # ArduCopter's simulator at ANGLE_MAX 15°: 15 m/s commanded, 6 m/s come to
+    speed = np.repeat([0.0, 15.0], 200)
+    zero, leant = np.zeros(speed.size), np.zeros(speed.size)
+    record = make_record(
+        is_landed=np.zeros(speed.size, np.bool_),
+        reference_speed_m_s=speed,
+        ground_speed_m_s=0.4 * speed,
+        velocity_north_m_s=0.4 * speed,
+        velocity_east_m_s=zero,
+    )
+    leant[200 : 200 + round(held_s / record.step_s)] = 15.0
+    held = replace(record, pitch_deg=-leant, roll_deg=zero, parameters={"ANGLE_MAX": 1500.0})
+    cut = next(one for one in cut_manoeuvres(held) if one.answer is ResponseKind.SPEED)
+    assert cut.refusal.startswith("held at the greatest lean") == is_refused

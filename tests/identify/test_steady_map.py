@@ -179,6 +179,24 @@ def test_many_flights_that_differ_tell_more_than_one() -> None:
     assert errors[1] < errors[len(level)]
 
 
+def test_as_many_kinds_of_flight_as_numbers_tell_nearly_as_much_as_one_more() -> None:
+    # Each 6 % off by turns.  Of six numbers the priors hold some: six cells leave the rest over.  The seventh
+    # is a climb, which tells little of the others.
+    def off(cells: int) -> list[MeasuredPower]:
+        kept = CELLS[:cells]
+        return [
+            replace(one, power_w=one.power_w * (1.0 + 0.06 * (-1.0) ** place))
+            for place, cell in enumerate(kept)
+            for one in flights(noise_w=0.1)
+            if (one.airspeed_m_s, one.climb_rate_m_s) == cell
+        ]
+
+    by_six, by_seven = (fit_steady_map(off(cells)) for cells in (6, 7))
+    assert (by_six.cells, by_seven.cells) == (6, 7)
+    for six, seven in zip(by_six.estimates, by_seven.estimates, strict=True):
+        assert six.error < 1.25 * seven.error
+
+
 def test_unknown_payloads_are_separated_from_the_law() -> None:
     light = flights(mass_kg=2.3, source="light#1")
     heavy = flights(mass_kg=2.7, source="heavy#1")

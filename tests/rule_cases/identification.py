@@ -107,11 +107,15 @@ def reported(
     return [finding for finding in found if finding.message.startswith(about)]
 
 
-def turned_back() -> FlightRecord:
-    """Return the flight to the other side."""
+def there_and_back() -> FlightRecord:
+    """Return the flight at half of its pace, turned back after half of what it flew level."""
+    flown = copter()
+    moving = np.flatnonzero(np.hypot(flown.velocity_north_m_s, flown.velocity_east_m_s) > 2.0)
+    way = np.where(np.arange(flown.time_s.size) < np.median(moving), 1.0, -1.0)
     return again(
-        velocity_north_m_s=-copter().velocity_north_m_s,
-        velocity_east_m_s=-copter().velocity_east_m_s,
+        time_s=2.0 * flown.time_s,
+        velocity_north_m_s=way * flown.velocity_north_m_s,
+        velocity_east_m_s=way * flown.velocity_east_m_s,
     )
 
 
@@ -203,7 +207,7 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "I115": RuleCases(
         fires=reported,
-        boundary=lambda: reported(copter(), turned_back()),
+        boundary=lambda: reported(copter(), there_and_back()),  # of both one
         silent=lambda: reported(again(airspeed_m_s=copter().velocity_north_m_s)),
     ),
 }
