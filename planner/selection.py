@@ -91,7 +91,9 @@ class FileIgnore(Value):
     exemption: Exemption
 
     def meets(self, mission: Path) -> bool:
-        """Return whether the path of a mission below the folder meets the pattern."""
+        """Return whether the path of a mission meets the pattern; one beside the folder meets none."""
+        if not mission.is_relative_to(self.folder):
+            return False
         return meets_pattern(mission.relative_to(self.folder), self.pattern)
 
 
@@ -117,6 +119,12 @@ def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -
         pattern=pattern,
         exemption=Exemption(codes=codes, item=item, origin=f"{key} in {configuration.name}"),
     )
+
+
+def exemptions_of(ignores: Iterable[FileIgnore], mission: Path) -> tuple[Exemption, ...]:
+    """Return the exemptions that a mission meets, by its path from the current folder."""
+    whole = mission.parent.resolve() / mission.name
+    return tuple(one.exemption for one in ignores if one.meets(whole))
 
 
 class Selection(Value):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from planner.cli.options import CHECK_GROUPS
 from planner.errors import ConfigurationError, InputError, UsageError, described, nearest_hint
 from planner.files import read_bounded, toml_document
+from planner.selection import exemptions_of
 from planner.setting import declared
 from planner.setup import SETTINGS_FILE, SettingsFile, files_named, settings
 from planner.values import Value
@@ -125,10 +126,8 @@ def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     path = Path(mission)
     found = find_configuration(path.parent)
     own = dict(found.values)
-    if ignores := own.pop("per_file_ignores", ()):
-        whole = path.parent.resolve() / path.name
-        if met := tuple(ignore.exemption for ignore in ignores if ignore.meets(whole)):
-            own["per_file_ignores"] = met
+    if met := exemptions_of(own.pop("per_file_ignores", ()), path):
+        own["per_file_ignores"] = met
     declared = settings()
     texts = tuple((key, declared[key].kind.text(own[key])) for key in own if key not in given)
     if not texts:

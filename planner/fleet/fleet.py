@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from planner.errors import described
+from planner.selection import FileIgnore
 from planner.setup import Setup
 from planner.values import Value, brief, field
 from planner.vehicle.battery import Battery
@@ -599,6 +600,8 @@ class Fleet(Value):
     """What goes wrong in a simulation."""
     swap: Swap | None = None
     """``None``: no packs are given."""
+    file_ignores: tuple[FileIgnore, ...] = ()
+    """Codes not to report of the missions that meet them; of the fleet itself all are."""
     digest: str = ""
     """SHA-256 of the file."""
     setting_files: tuple[str, ...] = ()

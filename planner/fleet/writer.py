@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from planner.fleet.fleet import Fleet
 
 _MODEL = "model"
+_IGNORES = "per_file_ignores"
 
 
 def fleet_file_text(fleet: Fleet, folder: str | Path) -> str:
@@ -27,7 +28,8 @@ def fleet_file_text(fleet: Fleet, folder: str | Path) -> str:
     Parameters
     ----------
     fleet : Fleet
-        As it was read, with other sorties; their own mission files as they are opened.
+        As it was read, with other sorties; their own mission files as they are opened, and patterns of
+        files as they are met there.
     folder : str or Path
         Where the text is to be written.
 
@@ -55,6 +57,8 @@ def fleet_file_text(fleet: Fleet, folder: str | Path) -> str:
         for table in TABLES
         if table in document
     }
+    if _IGNORES in (conditions := moved.get("conditions", {})):
+        conditions[_IGNORES] = _ignored(fleet)
     lines = [f"schema = {toml_value(document['schema'])}"] if "schema" in document else []
     for table, keys in moved.items():
         lines += _table(toml_key(table), keys)
@@ -80,6 +84,15 @@ def _moved(keys: Mapping[str, Any], source: Path, folder: Path) -> dict[str, Any
         else:
             found[key] = value
     return found
+
+
+def _ignored(fleet: Fleet) -> dict[str, list[str]]:
+    """Return the codes that are not reported of some files, by pattern and item."""
+    found: dict[str, dict[str, None]] = {}
+    for one in fleet.file_ignores:
+        item = "" if one.exemption.item is None else f"#{one.exemption.item}"
+        found.setdefault(one.pattern + item, {}).update(dict.fromkeys(one.exemption.codes))
+    return {key: [*codes] for key, codes in found.items()}
 
 
 def _from(folder: Path, path: str | Path) -> str:

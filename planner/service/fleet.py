@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from planner.mission.files import read_mission
 from planner.mission.items import Home
 from planner.presented import Presented
 from planner.quantity import mean_of
+from planner.selection import exemptions_of
 from planner.service.preflight import CheckResult, Verdict, check_read, verdict, verdict_text
 from planner.units import wh_from_j
 from planner.values import Value, replace
@@ -420,6 +422,8 @@ class SortieChecks:
             charge,
             fleet.jobs[sortie.job].payload_kg,
         )
+        if met := exemptions_of(fleet.file_ignores, Path(fleet.mission_of(sortie))):
+            setup = replace(setup, selection=replace(setup.selection, exemptions=met))
         if pad is not None and pad.amsl_m is not None:
             return replace(setup, home_amsl_m=pad.amsl_m)
         return setup

@@ -8,6 +8,7 @@ fleet still finds between two sorties, as on returns, is forbidden and planned a
 from __future__ import annotations
 
 import math
+from glob import escape
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ from planner.fleet.separation import predict_conflicts
 from planner.fleet.writer import fleet_file_text
 from planner.mission.formats.exchange import read_bytes
 from planner.presented import Presented
+from planner.selection import FileIgnore, exemptions_of
 from planner.service.fleet import check_fleet
 from planner.service.fleet_meetings import Meetings
 from planner.service.fleet_separation import Encounters, fleet_spacing, members
@@ -205,7 +207,7 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
         msg = f"{file} is the fleet that is planned: give another folder"
         raise UsageError(msg)
     texts: dict[Path, str | bytes] = {Path(path): text for path, text in plan.missions.items()}
-    sorties = {}
+    sorties, ignores = {}, []
     for name, sortie in plan.fleet.sorties.items():
         path = sortie.mission
         if path is None:
@@ -213,7 +215,14 @@ def write_plan(plan: FleetPlan, folder: Path | str, *, force: bool = False) -> P
             path = str(folder / f"{name}{job.suffix}")
             texts[Path(path)] = read_bytes(job)
         sorties[name] = replace(sortie, mission=path)
-    texts[file] = fleet_file_text(replace(plan.fleet, sorties=sorties), folder)
+        # what was not reported of the file that was judged is not of the one that is written for it
+        judged = Path(plan.fleet.mission_of(sortie))
+        ignores += [
+            FileIgnore(folder=folder, pattern=escape(Path(path).name), exemption=one)
+            for one in exemptions_of(plan.fleet.file_ignores, judged)
+        ]
+    written = replace(plan.fleet, sorties=sorties, file_ignores=tuple(ignores))
+    texts[file] = fleet_file_text(written, folder)
     if not force and (there := [path for path in texts if path.exists()]):
         msg = f"{there[0]} exists already: give another folder, or --force"
         raise UsageError(msg)

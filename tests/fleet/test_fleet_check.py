@@ -517,3 +517,61 @@ def test_vehicles_that_meet_take_part_in_the_verdict_whatever_is_ignored(
     document = json.loads(capsys.readouterr().out)
     assert met <= {one["code"] for one in document["findings"]}
     assert "S115" in {one["code"] for one in document["suppressed"]}  # a return that may be needed
+
+
+FAST = mission(
+    up(20), place(100, 0, 20), item(178, None, 0, params=(1, 60, -1, 0)), place(300, 0, 20), rtl()
+)
+"""Faster than the model knows: E105, a warning, at item 4."""
+IGNORES = """fail_on = "warning"
+[{table}per_file_ignores]
+"{key}" = ["E105"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("key", "code"),
+    [
+        ("fast.plan", 0),
+        ("*", 0),
+        ("in/fast.plan", 0),
+        ("fast.plan#4", 0),
+        ("fast.plan#3", 1),
+        ("other.plan", 1),
+        ("out/*", 1),
+    ],
+)
+def test_codes_are_ignored_of_files_as_a_check_of_these_does(
+    key: str, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from planner.mission.files import write_mission
+
+    (tmp_path / "in").mkdir()
+    fast = tmp_path / "in" / "fast.plan"
+    write_mission(FAST, fast)
+    (tmp_path / "mavjoule.toml").write_text(IGNORES.format(table="", key=key))
+    file = tmp_path / "fleet.toml"
+    tables = '[vehicle.a]\nmodel = "arducopter-sitl-quad"\n' + sortie("s1", "a", 0.0)
+    tables += '[job.out]\nmission = "in/fast.plan"\n'
+    file.write_text(
+        f"schema = 1\n{tables}[conditions]\n{IGNORES.format(table='conditions.', key=key)}"
+    )
+    alone = main(["check", str(fast), "--vehicle", "arducopter-sitl-quad"])
+    assert (alone, main(["fleet", "check", str(file)])) == (code, code)
+    assert capsys.readouterr().err == ""
+
+
+def test_patterns_of_a_fleet_file_are_met_by_no_mission_beside_its_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from planner.mission.files import write_mission
+
+    write_mission(FAST, tmp_path / "fast.plan")
+    (tmp_path / "fleet").mkdir()
+    file = tmp_path / "fleet" / "fleet.toml"
+    tables = '[vehicle.a]\nmodel = "arducopter-sitl-quad"\n' + sortie("s1", "a", 0.0)
+    tables += '[job.out]\nmission = "../fast.plan"\n[conditions]\n'
+    file.write_text(f"schema = 1\n{tables}{IGNORES.format(table='conditions.', key='*')}")
+    assert main(["fleet", "check", str(file), "--format", "json"]) == 1
+    [one] = json.loads(capsys.readouterr().out)["sorties"]
+    assert "E105" in {found["code"] for found in one["mission"]["findings"]}

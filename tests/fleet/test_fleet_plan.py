@@ -92,6 +92,28 @@ def test_two_jobs_are_flown_side_by_side_and_what_is_written_passes_the_check(
         write_plan(twice, tmp_path / "out")
 
 
+def test_what_is_ignored_of_the_file_of_a_job_is_of_what_is_written_for_it(tmp_path: Path) -> None:
+    fast = item(178, None, 0, params=(1, 60, -1, 0))  # the model does not know that: E105 at item 4
+    jobs = {
+        name: mission(up(20), place(100, east_m, 20), fast, place(300, east_m, 20), rtl())
+        for name, east_m in (("first", 0), ("second", 300))
+    }
+    ignores = '[conditions]\nfail_on = "warning"\n[conditions.per_file_ignores]\n'
+    with pytest.raises(FleetPlanError, match="second cannot be flown: it is a no-go"):
+        planned(tmp_path, TWO, ignores + '"first.plan" = ["E105"]\n', jobs=jobs)
+    ignores += '"first.plan" = ["E105"]\n"second.plan#4" = ["E1"]\n"*" = ["X9"]\n'
+    made = planned(tmp_path, TWO, ignores, jobs=jobs)
+    file = write_plan(made, tmp_path / "out")
+    assert check_fleet(read_fleet(file)).verdict == "go"
+    lines = file.read_text(encoding="utf-8").splitlines()
+    start = lines.index("[conditions.per_file_ignores]") + 1
+    assert sorted(lines[start : lines.index("", start)]) == [
+        '"first.plan" = ["E105", "X9"]',
+        '"second.plan" = ["X9"]',
+        '"second.plan#4" = ["E1"]',
+    ]
+
+
 def test_least_vehicles_fly_one_after_the_other(tmp_path: Path) -> None:
     made = planned(tmp_path, TWO, minimize="vehicles")
     first, second = made.fleet.sorties.values()
