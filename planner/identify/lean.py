@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -34,7 +35,7 @@ _NEAR_RAD = math.radians(0.5)
 follows without a steady error; recorded within 0.05°."""
 _LEVEL_M_S = 0.3
 """Climb rate below which flight is level: a climb tilts the thrust by what it does not take of drag."""
-_MOVING_M_S = 2.0
+MOVING_M_S = 2.0
 """Below it the lean is that of the trim, not of the drag. [m s⁻¹]"""
 _APART = 1.3
 """An exponent takes airspeeds at least so far apart: half a degree of lean is then 0.1 of it. [-]"""
@@ -45,6 +46,10 @@ _WIND_ERROR = 0.15
 _TRIM = math.tan(math.radians(1.0))
 """Of the level thrust over that upwards, by which all attitudes of a flight may be off alike: an AHRS_TRIM,
 an autopilot or a centre of gravity that is not level; 2.5° in the air take two deviations. [-]"""
+LEAST_WIND_M_S = 1.0
+"""Of a wind that the lean tells: less is that of trims, and changes the power of a leg by a hundredth."""
+_BREEZE_M_S = LEAST_WIND_M_S / math.sqrt(3.0)
+"""Standard deviation of a wind along the way that is too weak to be told: any up to that. [m s⁻¹]"""
 _UNTOLD_WIND_M_S = 3.0
 """Standard deviation of a wind along the way that nothing tells: of 4 m/s from anywhere. [m s⁻¹]"""
 _MOST_ERROR = 0.4
@@ -120,10 +125,14 @@ class _Lean(NamedTuple):
     """Of the airspeed, by that of a wind that the lean itself tells, relative. [-]"""
     is_ahead: bool
     """Whether the nose points along the way, as on the legs of missions; trim and frame drag otherwise."""
+    course_rad: float
+    """Clockwise from north."""
     is_one_way: bool = False
     """Whether all of its flight heads one way, in a wind that nothing tells."""
+    is_one_way_at_limit: bool = False
+    """Whether all legs at the limit of its flight head one way: a wind too weak to be told is in them."""
     is_contradicted: bool = False
-    """Whether no one airspeed of each lean goes with its flight: it may have had the wind behind it."""
+    """Whether it leans less than another leg of its flight lets it: it had the wind behind it."""
 
     @property
     def is_at_limit(self) -> bool:
@@ -172,7 +181,10 @@ def identified_lean(
     kept = [one for place, one in enumerate(flights) if one and place not in contradicted]
     if not kept:  # the least of them counts, however fast the wind behind it was
         contradicted = frozenset()
-        kept = [[leg._replace(is_contradicted=True) for leg in one] for one in flown]
+        kept = [
+            [leg._replace(is_contradicted=_leans_too_little(leg, one)) for leg in one]
+            for one in flown
+        ]
     found = _of_flights(kept, base, densest)
     if found is None:
         assert base is not None
@@ -241,15 +253,23 @@ def one_way_findings(records: Sequence[FlightRecord]) -> list[Finding]:
 def _is_contradicted(flight: Sequence[_Lean], flights: Sequence[Sequence[_Lean]]) -> bool:
     """Return whether a flight leans less than another leg of it lets it: it had the wind behind it.
 
-    By drag that goes by the airspeed at least and by its square at most, by trims, and by how the frame is
-    turned; of a flight one way than legs of others let it.
+    Of a flight one way than legs of others let it.
     """
     return any(
-        (one.drag + 2.0 * _TRIM) * (1.0 if one.is_ahead else _BESIDE) * max(faster, faster**2)
-        < other.drag
+        _leans_too_little(one, others)
         for one in flight
-        if not one.error
         for others in (flights if one.is_one_way else [flight])
+    )
+
+
+def _leans_too_little(one: _Lean, others: Sequence[_Lean]) -> bool:
+    """Return whether a leg leans less than others let it, by what its drag may be.
+
+    It goes by the airspeed at least and by its square at most, by trims, and by how the frame is turned.
+    """
+    drag = (one.drag + 2.0 * _TRIM) * (1.0 if one.is_ahead else _BESIDE)
+    return not one.error and any(
+        drag * max(faster, faster**2) < other.drag
         for other in others
         if other.is_ahead and (faster := other.airspeed_m_s / one.airspeed_m_s)
     )
@@ -273,19 +293,25 @@ def _of_flights(
         lean_rad = math.atan(held_drag(held.limit_rad, held.times_heavier))
         found = _limited(held, lean_rad, law, _HELD_ERROR)
         air = Aloft(air_density_kg_m3=air_kg_m3)
-        is_of_base = base is not None and _leans_more(base, air, found, exponent)
+        is_of_base = (
+            base is not None
+            and not _is_known_better(found, base)
+            and _leans_more(base, air, found, exponent)
+        )
         return None if is_of_base else found
-    if base is not None and base.airspeed_limit_m_s is not None:
-        return None
+    has_limit = base is not None and base.airspeed_limit_m_s is not None
     limited = [one for one in steady if one.limit_rad is not None]
     fastest = max(limited, default=None)
     if fastest is None or fastest.limit_rad is None:
-        return _UNKNOWN
+        return None if has_limit else _UNKNOWN
     most = math.tan(fastest.limit_rad)
     if law is not None and law.error_at(most) <= _LIMIT_ERROR:
         lean_rad = min(math.atan(law.drag(fastest.airspeed_m_s)), fastest.limit_rad)
         flown = fastest._replace(airspeed_m_s=min(fastest.airspeed_m_s, law.airspeed_m_s(most)))
-        return _limited(flown, lean_rad, law, law.error_at(most))
+        found = _limited(flown, lean_rad, law, law.error_at(most))
+        return None if has_limit and not _is_known_better(found, base) else found
+    if has_limit:
+        return None
     sure_m_s = min(_sure_m_s(flight, most) for flight in flights if flight[0].limit_rad)
     return replace(_UNKNOWN, sure_airspeed_m_s=rounded(sure_m_s, 3))
 
@@ -301,6 +327,12 @@ def _sure_m_s(flight: Sequence[_Lean], drag: float) -> float:
         return fastest.sure_airspeed_m_s(drag)
     near_m_s = _COMPARED * fastest.airspeed_m_s
     return min(one.sure_airspeed_m_s(drag) for one in flight if one.airspeed_m_s >= near_m_s)
+
+
+def _is_known_better(found: LeanFlight, base: VehicleModel | None) -> bool:
+    """Return whether flights tell the limit closer than a base model knows its own."""
+    own = 0.0 if base is None else base.airspeed_limit_fraction or 0.0
+    return (found.limit_fraction or 0.0) < own
 
 
 def _leans_more(base: VehicleModel, air: Aloft, found: LeanFlight, exponent: float) -> bool:
@@ -384,8 +416,12 @@ class _DragLaw(NamedTuple):
 
 
 def _limited(flown: _Lean, lean_rad: float, law: _DragLaw | None, error: float) -> LeanFlight:
-    is_untold = flown.is_one_way or flown.is_contradicted
-    untold = _UNTOLD_WIND_M_S / flown.airspeed_m_s if is_untold else 0.0
+    wind_m_s = 0.0
+    if flown.is_one_way or flown.is_contradicted:
+        wind_m_s = _UNTOLD_WIND_M_S
+    elif flown.is_one_way_at_limit:
+        wind_m_s = _BREEZE_M_S
+    untold = wind_m_s / flown.airspeed_m_s
     return LeanFlight(
         airspeed_limit_m_s=rounded(flown.airspeed_m_s, 4),
         limit_lean_deg=rounded(math.degrees(lean_rad), 4),
@@ -409,7 +445,7 @@ def level_parts(record: FlightRecord) -> list[slice]:
         is_steady(record)
         & np.isfinite(record.roll_deg)
         & np.isfinite(record.pitch_deg)
-        & (speed_through_air_m_s(record) > _MOVING_M_S)
+        & (speed_through_air_m_s(record) > MOVING_M_S)
         & (np.abs(climb_rate_m_s(record)) < _LEVEL_M_S)
     )
     return [
@@ -429,15 +465,20 @@ def _steady(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
         by_trim *= _TRIM * times_heavier / _USUAL_EXPONENT
         error_m_s = math.hypot(_WIND_ERROR * wind_m_s, by_trim)
     is_one_way = _is_one_way(record)
+    at_limit = [cmath.rect(1.0, one.course_rad) for one in legs if one.is_at_limit]
+    is_breezy = not knows_wind(record) and _point_one_way(at_limit)
     for one in legs:
-        yield one._replace(error=error_m_s / one.airspeed_m_s, is_one_way=is_one_way)
+        yield one._replace(
+            error=error_m_s / one.airspeed_m_s, is_one_way=is_one_way, is_one_way_at_limit=is_breezy
+        )
 
 
 def _legs(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
     """Yield the steady level flight of a record, as if its wind were known."""
     limit_rad, lean_rad = _lean_angle_max_rad(record), _lean_rad(record)
     airspeed = speed_through_air_m_s(record)
-    course_rad = np.arctan2(record.velocity_east_m_s, record.velocity_north_m_s)
+    east, north = record.velocity_east_m_s, record.velocity_north_m_s
+    course_rad = np.arctan2(east, north)
     turned = np.exp(1j * (np.radians(record.yaw_deg) - course_rad))
     beside = np.abs(np.angle(turned))
     is_blown = leant_wind_m_s(record) > 0.0
@@ -456,6 +497,7 @@ def _legs(record: FlightRecord, times_heavier: float) -> Iterator[_Lean]:
                 limit_rad=limit_rad,
                 error=0.0,
                 is_ahead=not beside[part].mean() > _AHEAD_RAD,
+                course_rad=math.atan2(*(float(one[part].mean()) for one in (east, north))),
             )
 
 

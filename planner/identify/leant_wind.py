@@ -21,7 +21,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from planner import quantity
-from planner.identify.lean import LEANT_WIND, leant_wind_m_s, level_parts
+from planner.identify.lean import (
+    LEANT_WIND,
+    LEAST_WIND_M_S,
+    MOVING_M_S,
+    leant_wind_m_s,
+    level_parts,
+)
 from planner.units import GRAVITY_M_S2
 from planner.values import replace
 
@@ -39,8 +45,6 @@ _ANY_WIND_M_S = 10.0
 """Standard deviation of the winds that multicopters fly in, each way: one that nothing shows is calm."""
 _USUAL_DRAG = 0.03
 """Where the search begins: 10° of lean at 3 m/s, 30° at 7 m/s. [-]"""
-_LEAST_WIND_M_S = 1.0
-"""Less is that of trims, and changes the power of a leg by a hundredth."""
 _ONE_HEIGHT = 1.3
 """Ratio to the height most legs are flown at within which the wind is that of them: the power law of 1/2 of
 ArduPilot's simulation changes it by 14 %, that of open land, 1/7, by 4 %. [-]"""
@@ -59,7 +63,7 @@ def with_leant_wind(record: FlightRecord) -> FlightRecord:
 
     As it is where its log holds wind or airspeed, no attitude, or the lean shows no wind of 1 m/s and of
     three standard errors.  The wind is the mean of the legs near the height that most are flown at; at others
-    it is not known, and calm.
+    it is not known, nor is an airspeed but where the vehicle hardly moves.
     """
     if np.isfinite(record.airspeed_m_s).any() or np.isfinite(record.wind_north_m_s).any():
         return record
@@ -71,7 +75,8 @@ def with_leant_wind(record: FlightRecord) -> FlightRecord:
     north, east, usual_m = shown
     through = np.hypot(record.velocity_north_m_s - north, record.velocity_east_m_s - east)
     is_known = _is_near(record.height_above_home_m, usual_m)
-    airspeed = np.where(is_known, through, record.ground_speed_m_s)
+    stays = record.ground_speed_m_s < MOVING_M_S
+    airspeed = np.where(is_known, through, np.where(stays, record.ground_speed_m_s, np.nan))
     columns = {
         "airspeed_m_s": airspeed,
         "wind_north_m_s": np.where(is_known, north, np.nan),
@@ -153,7 +158,7 @@ def _shown_wind_m_s(record: FlightRecord, parts: Sequence[slice]) -> tuple[float
     scatter = max(2.0 * float(found.cost) / max(lean.size - 3, 1), 1.0)
     error_m_s = math.sqrt(scatter * float(np.linalg.eigvalsh(covariance)[-1]))
     north, east = map(float, found.x[:2])
-    is_shown = math.hypot(north, east) >= max(_LEAST_WIND_M_S, _SURE * error_m_s)
+    is_shown = math.hypot(north, east) >= max(LEAST_WIND_M_S, _SURE * error_m_s)
     return (north, east) if is_shown else None
 
 

@@ -269,6 +269,37 @@ def test_of_airspeeds_flown_one_way_in_an_unknown_wind_that_of_the_wind_is_not_s
     assert to_and_fro.shown_m_s(15.0) == 15.0
 
 
+def test_a_limit_held_one_way_may_have_a_breeze_in_it_too_weak_to_be_told() -> None:
+    # ArduCopter's simulator: 8 m/s against 0.9 m/s, 11.14 with it at 30°; 10.24 through the air.  Any wind up
+    # to 1 m/s has a standard deviation of 1/√3
+    legs = (8.0, 23.0, 8.0), (11.14, 30.0, 15.0)
+    breezy, both_ways = flight(*legs), flight(*legs, (9.34, 30.0, 15.0))
+    assert identified_lean([breezy]).limit_fraction == pytest.approx(
+        math.hypot(0.01, 1.0 / math.sqrt(3.0) / 11.14), abs=5e-4
+    )
+    answered = identified_lean([both_ways])
+    assert (answered.airspeed_limit_m_s, answered.limit_fraction) == (9.34, 0.01)
+
+
+def test_a_limit_known_better_takes_the_place_of_one_known_worse() -> None:
+    # 14.24 m/s held with the wind behind, and 5.67 against it: 21 and 40 % uncertain
+    calm = flight((10.0, 30.0, 12.0), (10.0, 30.0, 12.0))
+    near = flight(*((one, lean_deg(one), one) for one in (4.0, 5.0, 8.0, 9.8)))
+    for wrong_m_s, fraction in ((14.24, 0.21), (5.67, 0.4)):
+        base = replace(
+            load_vehicle("arducopter-sitl-quad"),
+            airspeed_limit_m_s=wrong_m_s,
+            airspeed_limit_lean_deg=30.0,
+            airspeed_limit_fraction=fraction,
+        )
+        assert identified_lean([calm], base).airspeed_limit_m_s == 10.0
+        assert identified_lean([near], base).airspeed_limit_m_s == pytest.approx(9.8)
+    # known as well as what is flown it stays: a tailwind has no part in the lesser
+    sure = replace(base, airspeed_limit_fraction=0.01)
+    assert identified_lean([calm], sure).airspeed_limit_m_s == 5.67
+    assert identified_lean([near], sure).airspeed_limit_m_s == 5.67
+
+
 def test_what_leans_as_far_as_the_limit_is_at_it_whatever_speed_it_keeps() -> None:
     found = identified_lean([flight((5.0, lean_deg(5.0), 5.0), (10.4, 30.0, 10.4))])
     assert (found.airspeed_limit_m_s, found.limit_lean_deg) == (10.4, 30.0)
@@ -382,7 +413,7 @@ def test_a_wind_that_the_lean_tells_leaves_the_limit_less_sure() -> None:
     held = flight(*legs, (10.0, 30.0, 12.0))
     zero = np.zeros(held.time_s.size)
     blown = replace(held, wind_north_m_s=zero + 4.0, wind_east_m_s=zero, quantities=(BY_LEAN,))
-    assert identified_lean([held]).limit_fraction == pytest.approx(0.01)
+    assert identified_lean([flight((10.0, 30.0, 12.0), (10.0, 30.0, 12.0))]).limit_fraction == 0.01
     # at 10 m/s 15 % of 4 m/s, and what 1° of trim takes by the slope of the drag, 1.5 of it over the airspeed
     slopes = [
         math.tan(math.radians(lean)) / airspeed for airspeed, lean, _ in (*legs, (10.0, 30.0, 0.0))

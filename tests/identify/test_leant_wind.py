@@ -157,11 +157,15 @@ def test_of_two_heights_with_as_many_legs_the_wind_is_that_of_the_higher() -> No
 
 
 def test_the_wind_is_that_of_the_height_most_legs_are_flown_at() -> None:
-    # four legs at 50 m in 4 m/s, one at 90 m: there nobody knows it, and calm is assumed
+    # four legs at 50 m in 4 m/s, one at 90 m: there nobody knows it, nor an airspeed
     record = flight(*SQUARE, (8.0, 0.0), wind=(4.0, 0.0))
     height_m = np.repeat([50.0, 50.0, 50.0, 50.0, 90.0], SPAN)
     found = with_leant_wind(replace(record, height_above_home_m=height_m))
     high = height_m > 60.0
     assert np.isnan(found.wind_north_m_s[high]).all()
     assert found.wind_north_m_s[~high] == pytest.approx(4.0, abs=0.2)
-    assert found.airspeed_m_s[high] == pytest.approx(8.0)
+    assert np.isnan(found.airspeed_m_s[high]).all()
+    # what hovers there does so in calm
+    slow = replace(record, ground_speed_m_s=np.where(high, 0.1, record.ground_speed_m_s))
+    hovering = with_leant_wind(replace(slow, height_above_home_m=height_m))
+    assert hovering.airspeed_m_s[high] == pytest.approx(0.1)
