@@ -26,6 +26,8 @@ STEEPEST_DEG = 15.0
 sites). [°]"""
 STEEPEST_RISE = math.tan(math.radians(STEEPEST_DEG))
 """Of the ground around where a vehicle can stand: 5 m in 19 m. [-]"""
+_AROUND_HOME_M = 5.0 / STEEPEST_RISE
+"""Within which less than the clearance is asked for: however much of it, a flight is up by then. [m]"""
 SAME_PLACE_M = 1e-3
 """Lines shorter over ground go up and down. [m]"""
 ROUNDING_M = 1e-4
@@ -91,6 +93,17 @@ def led_heights_m(a: Assessment) -> FloatArray:
     return led_m
 
 
+def near_home_m(clearance_m: float) -> float:
+    """Return within what of home less than the whole clearance is asked for. [m]"""
+    return min(clearance_m / STEEPEST_RISE, _AROUND_HOME_M)
+
+
+def asked_clearance_m(clearance_m: float, from_home_m: FloatArray) -> FloatArray:
+    """Return what is asked for so far from home, where the vehicle stood: what ground there may rise. [m]"""
+    rises_m = np.minimum(clearance_m, STEEPEST_RISE * from_home_m)
+    return np.where(from_home_m < near_home_m(clearance_m), rises_m, clearance_m)
+
+
 def falls_short_m(
     led_m: FloatArray, height_m: FloatArray, clearance_m: FloatArray | float
 ) -> FloatArray:
@@ -127,8 +140,7 @@ def clearance_of(
     ground_m = np.where(is_known[:, None], ground_m, 0.0)
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
     from_home_m = np.maximum(from_home_m - beside_m, 0.0)
-    near_home_m = a.setup.clearance_m / STEEPEST_RISE
-    asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m)
+    asked_m = asked_clearance_m(a.setup.clearance_m, from_home_m)
     short_m = falls_short_m(led_m[line], place_m[..., 2].min(axis=1), asked_m)
     return Clearance(
         line=line,
@@ -138,7 +150,7 @@ def clearance_of(
         at_m=place_m[..., 2] - ground_m,
         is_known=is_known,
         asked_m=asked_m - ROUNDING_M - short_m,
-        is_missed=~is_known & (from_home_m > near_home_m),
+        is_missed=~is_known & (from_home_m > near_home_m(a.setup.clearance_m)),
     )
 
 
@@ -146,7 +158,7 @@ def near_home_cut(lines: FlightLines, clearance_m: float) -> FlightLines:
     """Return lines, those cut that begin or end where less than the whole clearance is asked for."""
     from planner.flight.path import FlightLines
 
-    near_m = clearance_m / STEEPEST_RISE
+    near_m = near_home_m(clearance_m)
     near = np.minimum(*(np.hypot(*end[:, :2].T) for end in (lines.start_m, lines.end_m))) < near_m
     if not near.any():
         return lines

@@ -16,10 +16,10 @@ from planner.rules.clearance import (
     GROUND_THERE,
     ROUNDING_M,
     SAME_PLACE_M,
-    STEEPEST_RISE,
     STRAIGHT_M,
     Lowest,
     above_text,
+    asked_clearance_m,
     box_places_m,
     circle_m,
     clearance_of,
@@ -91,8 +91,8 @@ BELOW_TERRAIN = Rule(
     "a hole in its grid, or beyond its end.  Without --terrain the ground is level with home: a path "
     "more than 1 m below it fires, and one nearer to it than --clearance is not evaluated (X904), by more "
     "than 1 m between places that are asked for no lower (PX4 ends a take-off NAV_MC_ALT_RAD below its "
-    "height): it cannot be wrong by less than ground that is known.  Around home, where the vehicle stood, "
-    "the clearance is what ground of 15° rises, 5 m in 19 m.  A place that is passed up to "
+    "height): it cannot be wrong by less than ground that is known.  Up to 19 m from home, where the vehicle "
+    "stood, the clearance is what ground of 15° rises, 5 m in 19 m.  A place that is passed up to "
     "0.8 m lower (NAV_MC_ALT_RAD), by a fifth of the clearance at most, counts as high as the mission leads "
     "to it.",
     fix="fly higher there, or add a waypoint before the ridge",
@@ -347,7 +347,7 @@ def _highest_beside(
         return None
     _, height_m = nearest_m(peaks_m[peak], ends_m[row, 0], ends_m[row, 1])
     clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
-    asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * np.hypot(*peaks_m[peak].T))
+    asked_m = asked_clearance_m(a.setup.clearance_m, np.hypot(*peaks_m[peak].T))
     asked_m -= ROUNDING_M + falls_short_m(led_m[row], height_m, asked_m)
     clearance_m = np.where(clearance_m < asked_m, clearance_m, np.inf)
     worst = int(clearance_m.argmin())

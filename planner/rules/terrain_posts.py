@@ -11,8 +11,8 @@ from planner.mission.route.stage import StageKind
 from planner.rules.clearance import (
     ROUNDING_M,
     SAME_PLACE_M,
-    STEEPEST_RISE,
     STRAIGHT_M,
+    asked_clearance_m,
     sides_of,
     too_near_text,
 )
@@ -178,7 +178,7 @@ def _lowest(a: Assessment, terrain: TerrainGrid, lines: FlightLines) -> tuple[fl
     place_m = ends_m[under.line, :1] + along * (ends_m[under.line, 1:] - ends_m[under.line, :1])
     height_m += place_m[..., 2]
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1])
-    asked_m = np.minimum(a.setup.clearance_m, STEEPEST_RISE * from_home_m) - ROUNDING_M
+    asked_m = asked_clearance_m(a.setup.clearance_m, from_home_m) - ROUNDING_M
     # What was asked for as low is told as that.
     is_low = (height_m < asked_m) & (place_m[..., 2] >= asked_m)
     if not is_low.any():

@@ -256,6 +256,17 @@ def test_a_clearance_asked_for_is_kept(
     assert len(found) == fires
 
 
+@pytest.mark.parametrize(("clearance_m", "fires"), [(29.0, False), (31.0, True), (100.0, True)])
+def test_however_much_of_it_a_clearance_is_kept_from_19_m_of_home_on(
+    clearance_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # 110 m out and back at 30 m: ground of 15° rises by as much within 112 m
+    near = mission(takeoff(30), waypoint(110, 30), rtl())
+    found = of("A102", findings(near, ground(0.0), clearance_m=clearance_m))
+    assert bool(found) == fires
+
+
 def test_the_least_and_greatest_height_over_the_ground_are_told() -> None:
     high = mission(takeoff(20), waypoint(500, 60), waypoint(600, 60), rtl())
     [finding] = of("A116", findings(high, ground(0.0)))
