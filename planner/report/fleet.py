@@ -18,6 +18,7 @@ from planner.report.json import (
 )
 from planner.report.text import (
     by_weight,
+    caveat_of,
     closing_line,
     finding_lines,
     given_text,
@@ -82,7 +83,7 @@ def fleet_text(result: FleetResult, *, medium: Medium) -> str:
     in_air = quantity.duration(totals.flight_s)
     largest = quantity.energy(totals.largest_sortie_wh)
     lines = [
-        f"{result.verdict_text}  {printable(result.file)}",
+        f"{result.verdict_text}  {printable(result.file)}{caveat_of(suppressed_findings(result))}",
         *(line for given in flown_with_texts(result) for line in medium.wrapped(given, indent=4)),
         "",
         f"  Fleet       {', '.join(counts)}",

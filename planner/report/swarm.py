@@ -13,6 +13,7 @@ from planner.fleet.swarm.simulation import AgentPhase
 from planner.report.json import envelope, found_document, json_text, value, values
 from planner.report.text import (
     by_weight,
+    caveat_of,
     closing_line,
     finding_lines,
     given_texts,
@@ -74,10 +75,11 @@ _OF_RUN = (
 def swarm_text(result: SwarmResult, *, medium: Medium) -> str:
     """Return the report of a simulation: whether it is clear first, then what each agent did."""
     cut = "  (cut short)" if result.is_cut_short else ""
+    hidden = caveat_of(result.suppressed)
     stops = quantity.count(result.stops, "stop for others", "stops for others")
     waited = quantity.duration(result.waited_s)
     lines = [
-        f"{'CLEAR' if result.is_clear else 'NOT CLEAR'}  {printable(result.file)}{cut}",
+        f"{'CLEAR' if result.is_clear else 'NOT CLEAR'}  {printable(result.file)}{hidden}{cut}",
         *(line for given in swarm_given_texts(result) for line in medium.wrapped(given, indent=4)),
         "",
         f"  Swarm       {swarm_headline(result)}",

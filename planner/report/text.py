@@ -338,7 +338,12 @@ def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
 
 def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return the remark that verdicts need which were reached by not looking; else nothing."""
-    grave = [finding for result in results for finding in by_weight(result.suppressed)[0]]
+    return caveat_of([finding for result in results for finding in result.suppressed])
+
+
+def caveat_of(suppressed: Sequence[Finding]) -> str:
+    """Return the remark that a verdict needs beside which these are not reported; else nothing."""
+    grave, _ = by_weight(suppressed)
     return f" ({finding_tally(grave)} suppressed)" if grave else ""
 
 

@@ -186,10 +186,12 @@ def test_findings_are_selected_and_weighed_as_in_a_check(
     assert capsys.readouterr().out.startswith("NOT CLEAR")
     assert main([*call, "--fail-on", "warning", "--ignore", "S137", "--report", str(page)]) == 0
     told = capsys.readouterr().out
-    assert told.startswith("CLEAR")
+    assert told.startswith(f"CLEAR  {file} (1 warning suppressed)\n")
     assert "S137" not in told
     assert "Not reported, as asked: 1 warning." in told
-    assert "ignored as S137" in page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert "ignored as S137" in text
+    assert "<strong>(1 warning suppressed)</strong>" in text
     assert main([*call, "--select", "S133", "--format", "json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert [one["code"] for one in document["findings"]] == ["S133"]

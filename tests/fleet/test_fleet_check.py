@@ -558,7 +558,12 @@ def test_codes_are_ignored_of_files_as_a_check_of_these_does(
     )
     alone = main(["check", str(fast), "--vehicle", "arducopter-sitl-quad"])
     assert (alone, main(["fleet", "check", str(file)])) == (code, code)
-    assert capsys.readouterr().err == ""
+    told = capsys.readouterr()
+    assert told.err == ""
+    remark = "" if code else " (1 warning suppressed)"
+    [of_fleet] = [line for line in told.out.splitlines() if "fleet.toml" in line][:1]
+    assert f"fast.plan{remark}" in told.out.splitlines()[0]
+    assert of_fleet == f"{'NO-GO' if code else 'GO'}  {file}{remark}"
 
 
 def test_patterns_of_a_fleet_file_are_met_by_no_mission_beside_its_folder(

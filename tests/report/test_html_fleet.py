@@ -211,3 +211,17 @@ def test_the_page_is_written_beside_the_report_and_over_no_input(
     assert f"the page is in {page}" in told.err
     for refused in ([fleet], [str(page), "--output", str(page)]):
         assert main(["fleet", "check", fleet, "--report", *refused]) == ExitCode.UNUSABLE
+
+
+def test_the_page_counts_what_is_suppressed_beside_the_verdict(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fleet = str(FLEETS / "delivery-two-pads.toml")
+    page = tmp_path / "page.html"
+    assert main(["fleet", "check", fleet, "--report", str(page)]) == ExitCode.NO_GO
+    assert capsys.readouterr().out.splitlines()[0] == f"NO-GO  {fleet}"
+    assert "suppressed)" not in page.read_text(encoding="utf-8")
+    main(["fleet", "check", fleet, "--report", str(page), "--ignore", "S115,E105"])
+    remark = "(2 errors, 1 warning suppressed)"
+    assert capsys.readouterr().out.splitlines()[0] == f"NO-GO  {fleet} {remark}"
+    assert f"<strong>{remark}</strong>" in page.read_text(encoding="utf-8")

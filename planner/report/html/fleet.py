@@ -32,7 +32,7 @@ from planner.report.plots.fleet import (
 from planner.report.plots.picture_files import still_svg
 from planner.report.rule_text import explanation
 from planner.report.tables import named_rows
-from planner.report.text import by_weight, checked_text, closing_line, printable
+from planner.report.text import by_weight, caveat_of, checked_text, closing_line, printable
 from planner.rules.ledger import Outcome
 from planner.service.fleet_contingency import takeover_text
 from planner.service.fleet_timeline import TRACK_ERROR_ENERGY, TRACK_ERROR_M, fleet_timeline
@@ -114,6 +114,7 @@ def fleet_html(
             "verdict": result.verdict_text,
             "file": printable(result.file),
             "headline": fleet_headline(result),
+            "remark": caveat_of(suppressed_findings(result)).strip(),
             "given": flown_with_texts(result),
             "cards": _figures(document["totals"], "totals", _CARDS),
             "closing": closing_line(result.all_findings, suppressed=suppressed_findings(result)),

@@ -31,7 +31,7 @@ from planner.report.swarm import (
     swarm_given_texts,
     swarm_headline,
 )
-from planner.report.text import by_weight, closing_line, printable
+from planner.report.text import by_weight, caveat_of, closing_line, printable
 from planner.service.swarm_faults import fault_text
 from planner.service.swarm_timeline import swarm_timeline
 
@@ -233,6 +233,7 @@ def _found(
     problems, _ = by_weight(findings)
     return {
         "closing": closing_line(findings, suppressed=suppressed),
+        "remark": caveat_of(suppressed).strip(),
         "problems": [
             (view, at_s.get(id(one))) for view, one in zip(_views(problems), problems, strict=True)
         ],

@@ -16,7 +16,7 @@ from planner import quantity
 from planner.errors import FleetFileError, MavjouleError, bug_text
 from planner.findings import Severity
 from planner.report.fleet import fleet_headline, suppressed_findings
-from planner.report.text import by_weight, closing_line, finding_message, printable
+from planner.report.text import by_weight, caveat_of, closing_line, finding_message, printable
 from planner.service.fleet import check_fleet
 from planner.service.fleet_timeline import fleet_timeline
 from planner.tui.checked import FileWatch
@@ -87,7 +87,7 @@ def fleet_summary(result: FleetResult) -> Summary:
     return Summary(
         verdict=result.verdict_text,
         is_go=result.verdict == "go",
-        file=printable(result.file),
+        file=printable(result.file) + caveat_of(suppressed_findings(result)),
         headline=fleet_headline(result),
         return_plan="",
         closing=closing_line(result.all_findings, suppressed=suppressed_findings(result)),
