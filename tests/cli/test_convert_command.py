@@ -72,3 +72,20 @@ def test_a_mission_is_written_with_another_speed_and_flies_as_checked_with_it(
     capsys.readouterr()
     assert main(["convert", mission, "none.plan", "--speed", "0"]) == 2
     assert "above 0 and at most 100 m/s" in capsys.readouterr().err
+
+
+def test_what_made_a_mission_a_no_go_and_is_not_written_is_no_success(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    # An area of which nothing says whether to stay in or out, which a plan would have to.
+    ring = "8.001,47.001,0 8.002,47.001,0 8.002,47.002,0 8.001,47.001,0"
+    Path("area.kml").write_text(
+        '<kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><LineString>'
+        "<altitudeMode>absolute</altitudeMode><coordinates>8,47,450 8,47.001,450</coordinates>"
+        "</LineString></Placemark><Placemark><Polygon><outerBoundaryIs><LinearRing><coordinates>"
+        f"{ring}</coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark></Document></kml>",
+        encoding="utf-8",
+    )
+    assert main(["convert", "area.kml", "area.plan"]) == 1
+    assert "F115" in capsys.readouterr().err
+    assert Path("area.plan").exists()
