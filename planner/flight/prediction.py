@@ -283,7 +283,7 @@ class Flight(Value, eq=False, dict=True):
 
     def leading(self, items: int) -> Flight:
         """Return the flights of the first items alone, of those that are flights of their own."""
-        motion, transients = self.motion.leading(items), self.transients
+        motion, transients = self.motion.flights(np.arange(items)), self.transients
         pieces, segments = len(motion.piece_segment), len(motion.segments.item)
         return replace(
             self,

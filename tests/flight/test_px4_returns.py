@@ -328,3 +328,29 @@ def test_a_return_that_passes_right_over_home_as_it_begins_to_land_settles_on_it
     along = parameters_from_text(b"RTL_TYPE,2\n", source="p.param")
     result = check(made, load_vehicle("px4-quad-2kg"), parameters=along)
     assert result.assessment is not None
+
+
+def test_returns_from_one_place_to_one_target_are_as_those_from_each() -> None:
+    # The second target is another: 10 m farther, 2 s longer at 5 m/s.
+    places = np.array([(40.0, 0.0, 35.0), (40.0, 0.0, 20.0), (40.0, 0.0, 35.0), (40.0, 0.0, 35.0)])
+    home = to_home(returns=4)
+    ground_m = home.ground_m.copy()
+    ground_m[2] = -10.0, 0.0, 0.0
+    targets = replace(home, ground_m=ground_m)
+    motion = px4_returns(places, targets, PX4)
+    alone = [
+        px4_returns(places[[row]], replace(to_home(), ground_m=ground_m[[row]]), PX4)
+        for row in range(4)
+    ]
+    time_s = np.bincount(motion.segments.item, motion.segments.duration_s)
+    assert time_s == pytest.approx([one.segments.end_s[-1] for one in alone], rel=1e-12)
+    assert time_s[3] == time_s[0]
+    assert time_s[2] == pytest.approx(time_s[0] + 2.0, abs=1e-6)
+    pieces = [len(one.piece_segment) for one in alone]
+    assert np.bincount(motion.segments.item[motion.piece_segment]).tolist() == pieces
+    ends = np.cumsum([len(one.segments.item) for one in alone]) - 1
+    assert motion.done_segment.tolist() == ends.tolist()
+    last = motion.state_at(
+        motion.last_piece[ends], motion.piece_duration_s[motion.last_piece[ends]]
+    )
+    assert last.east_m == pytest.approx([0.0, 0.0, -10.0, 0.0], abs=1e-3)

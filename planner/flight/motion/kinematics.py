@@ -252,6 +252,14 @@ class CirclesAtRate(Columns, eq=False):
     """Above home. (n,) [m]"""
 
 
+def _spans(owner: IntArray, owners: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the rows of owners in their order, of rows whose owners do not fall, and the place of each's."""
+    first = owner.searchsorted(owners)
+    count = owner.searchsorted(owners, side="right") - first
+    place = np.arange(len(owners)).repeat(count)
+    return np.arange(len(place)) + (first - count.cumsum() + count)[place], place
+
+
 class Nodes(Value, kw_only=False, eq=False):
     """The nodes of the quadrature of each piece of a motion: k of each."""
 
@@ -363,26 +371,31 @@ class Motion(Value, eq=False, dict=True):
         served = {*self.done_segment.tolist()} - {-1}  # `np.unique` loads all of `numpy.ma`
         return max(len(served) - 1, 0)
 
-    def leading(self, items: int) -> Self:
-        """Return the flights of the first items alone, of those that are flights of their own.
+    def flights(self, items: IntArray) -> Self:
+        """Return the flights of items, in this order, of those that are flights of their own.
 
         What is known of all of them together is left out.
         """
-        segments = int(np.searchsorted(self.segments.item, items))
-        pieces = int(np.searchsorted(self.piece_segment, segments))
-        slowed = self.slowed
+        segment, item = _spans(self.segments.item, items)
+        segments = replace(self.segments.select(segment), item=item)
+        piece, piece_segment = _spans(self.piece_segment, segment)
         own = {
-            name: values[:pieces]
+            name: values[piece]
             for name, values in field_values(self).items()
             if name.startswith("piece_") and values is not None
         }
+        slowed = self.slowed
+        if slowed is not None:
+            rows, of_item = _spans(slowed.item, items)
+            slowed = replace(slowed.select(rows), item=of_item)
+        later = item.searchsorted(np.arange(len(items))) - self.segments.item.searchsorted(items)
         return type(self)(
-            **own,
-            segments=self.segments.select(np.arange(segments)),
+            **own | {"piece_segment": piece_segment},
+            segments=segments,
             laws=self.laws,
-            arrival_segment=self.arrival_segment[:items],
-            done_segment=self.done_segment[:items],
-            slowed=None if slowed is None else slowed.select(slowed.item < items),
+            arrival_segment=self.arrival_segment[items] + later,
+            done_segment=self.done_segment[items] + later,
+            slowed=slowed,
         )
 
     @cached_property

@@ -60,7 +60,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.arrays import BoolArray, FloatArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.pieces import Ordered
     from planner.flight.power import Transients
@@ -161,12 +161,18 @@ class Px4Pilot(Value):
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route | None = None
     ) -> tuple[Motion, Transients]:
-        """Return the returns (RTL) from each point, (k, 3), a target each, from standing there."""
-        moves = return_moves(
-            points_m, targets.ground_m, self.parameters, targets.above_ground_m, targets.paths
-        )
-        moves = moves.armed_with(self.heading_rad)
-        return self._motion(moves, len(points_m))[0], NO_TRANSIENTS
+        """Return the returns (RTL) from each point, (k, 3), a target each, from standing there.
+
+        Those from one place to one target, as of legs flown to and fro or in laps, are flown once.
+        """
+        ground_m, above_m, paths = targets.ground_m, targets.above_ground_m, targets.paths
+        rows, flight = _each_once(np.column_stack((points_m, ground_m, above_m)))
+        is_once = len(rows) == len(flight) or any(path is not None for path in paths)
+        if not is_once:
+            points_m, ground_m, above_m, paths = points_m[rows], ground_m[rows], above_m[rows], ()
+        moves = return_moves(points_m, ground_m, self.parameters, above_m, paths)
+        motion, _ = self._motion(moves.armed_with(self.heading_rad), len(points_m))
+        return motion if is_once else motion.flights(flight), NO_TRANSIENTS
 
     def flown(self, stages: Sequence[Stage]) -> Motion:
         """Return the motion of the stages of a route.
@@ -264,6 +270,15 @@ class Px4Pilot(Value):
             slowed=slowed,
         )
         return motion, legs
+
+
+def _each_once(values: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the first of the rows that are the same, of each, and which of these a row is. (m,), (n,)"""
+    order = np.lexsort(values.T)  # `np.unique` loads all of `numpy.ma`
+    is_new = np.append(True, (values[order[1:]] != values[order[:-1]]).any(axis=1))
+    which = np.empty_like(order)
+    which[order] = is_new.cumsum() - 1
+    return order[is_new], which
 
 
 def _reached_by(lag: TrackingLag, moves: Moves, time_scale: TimeScale) -> Moves:
