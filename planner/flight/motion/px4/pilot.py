@@ -276,9 +276,10 @@ def _each_once(values: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the first of the rows that are the same, of each, and which of these a row is. (m,), (n,)"""
     order = np.lexsort(values.T)  # `np.unique` loads all of `numpy.ma`
     is_new = np.append(True, (values[order[1:]] != values[order[:-1]]).any(axis=1))
-    which = np.empty_like(order)
-    which[order] = is_new.cumsum() - 1
-    return order[is_new], which
+    first, which = order[is_new], np.empty_like(order)
+    rows = np.sort(first)  # in their order: further rows behind these move none of them
+    which[order] = rows.searchsorted(first)[is_new.cumsum() - 1]
+    return rows, which
 
 
 def _reached_by(lag: TrackingLag, moves: Moves, time_scale: TimeScale) -> Moves:
