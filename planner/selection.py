@@ -2,8 +2,8 @@
 
 A baseline holds findings that were seen and accepted.  A finding is known by its words: another
 number, item or severity makes it another finding, which is reported, so a shortfall that has grown
-comes back.  Errors about energy, vehicle, fence and ground (those whose rule names what to give instead)
-take part in every verdict: nothing here switches them off.
+comes back.  Errors about energy, vehicle, fence, ground and vehicles that meet (those whose rule names
+what to give instead) take part in every verdict: nothing here switches them off.
 """
 
 from __future__ import annotations

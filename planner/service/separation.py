@@ -61,6 +61,7 @@ SEPARATION = Rule(
     "ways.  In a fleet file the zone is an upright cylinder, horizontal_m and the position errors of both "
     "wide, and the spread of times of the models counts as start errors do.",
     fix="start one of them later, or fly them at other heights or places",
+    instead="other heights or places, another start, or the separation that is really required",
 )
 
 DUPLICATE_SYSTEM_ID = Rule(

@@ -71,18 +71,20 @@ def test_the_start_delay_that_is_told_clears_the_two(
     assert _checked(capsys, *arguments, "--start", f"0,{float(delay) - 1.0}")[0] == 1
 
 
-def test_what_is_turned_off_counts_neither_here(
+def test_that_two_meet_takes_part_in_the_verdict_whatever_is_ignored(
     mission: str, neighbour: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     near = (mission, neighbour, "--separation", "15")
-    code, missions = _checked(capsys, *near, "--ignore", "S")
-    assert (code, [one["verdict"] for one in missions]) == (0, ["go", "go"])
-    assert all(len(_told(one, "S101", "suppressed")) == 1 for one in missions)
+    assert main(["check", *near, "--ignore", "S101"]) == 2
+    assert "the separation that is really required" in capsys.readouterr().err
     assert main(["check", *near, "--battery", "77Wh", "--write-baseline", "known.json"]) == 1
     capsys.readouterr()
-    code, missions = _checked(capsys, *near, "--baseline", "known.json")
+    for accepting in (("--ignore", "S"), ("--select", "X"), ("--baseline", "known.json")):
+        code, missions = _checked(capsys, *near, *accepting)
+        assert (code, [one["verdict"] for one in missions]) == (1, ["no-go", "no-go"])
+        assert all(len(_told(one, "S101")) == 1 for one in missions)
+    code, missions = _checked(capsys, mission, neighbour, "--separation", "5", "--ignore", "S")
     assert (code, [_told(one, "S101") for one in missions]) == (0, [[], []])
-    assert _checked(capsys, *near, "--baseline", "known.json", "--start", "0,1")[0] == 1
 
 
 def test_a_mission_that_cannot_be_read_is_no_part_of_it_and_that_is_told(
@@ -146,8 +148,8 @@ def test_the_library_judges_results_together(mission: str, neighbour: str) -> No
         for file, ignored in ((mission, ("S101",)), (neighbour, ()))
     ]
     together = planner.check_together(results, separation_m=15.0)
-    assert [one.verdict for one in together] == ["go", "no-go"]
-    assert [finding.code for finding in together[0].suppressed] == ["S101"]
+    assert [one.verdict for one in together] == ["no-go", "no-go"]
+    assert [one.suppressed for one in together] == [(), ()]
     again = planner.check_together(together, separation_m=14.0)  # takes the place of the first
     assert again == planner.check_together(results, separation_m=14.0) == tuple(results)
     assert planner.check_together([], separation_m=5.0) == ()

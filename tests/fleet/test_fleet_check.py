@@ -519,6 +519,28 @@ def test_vehicles_that_meet_take_part_in_the_verdict_whatever_is_ignored(
     assert "S115" in {one["code"] for one in document["suppressed"]}  # a return that may be needed
 
 
+def test_two_that_meet_in_the_air_take_part_in_the_verdict_whatever_a_file_ignores(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from planner.mission.files import write_mission
+
+    write_mission(OUT, tmp_path / "out.plan")
+    file = tmp_path / "fleet.toml"
+    # pads 11 m apart, 10 m required: only on the way to the one place do they come nearer
+    tables = "".join((SEPARATION, vehicles("a", "b"), pad("a", 0, 0), pad("b", 0, 11)))
+    tables += sortie("s1", "a", 0.0) + sortie("s2", "b", 0.0) + '[job.out]\nmission = "out.plan"\n'
+    for ignored, code in (('"S101"', 2), ('"S1", "S115"', 1), ('"S"', 1)):
+        file.write_text(f"schema = 1\n{tables}[conditions]\nignore = [{ignored}]\n")
+        assert main(["fleet", "check", str(file), "--format", "json"]) == code, ignored
+        told = capsys.readouterr()
+        if code == 1:
+            document = json.loads(told.out)
+            assert {one["code"] for one in document["findings"]} == {"S101"}
+            assert "S115" in {one["code"] for one in document["suppressed"]}
+        else:
+            assert "conditions.ignore: S101 cannot be ignored" in told.err
+
+
 FAST = mission(
     up(20), place(100, 0, 20), item(178, None, 0, params=(1, 60, -1, 0)), place(300, 0, 20), rtl()
 )
