@@ -86,6 +86,7 @@ SEPARATION_UNCHECKED = Rule(
     "waits on the ground for what its times do not count (T107), or flies a spline that a step-response "
     "model is predicted to fly straight.",
     fix="correct what is named, and check again",
+    instead="a mission that can be read, and the altitude of each home",
     leaves_open=True,
 )
 

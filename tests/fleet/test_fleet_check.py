@@ -391,6 +391,13 @@ def test_unknown_altitudes_of_homes_leave_the_separation_open() -> None:
     [told] = messages(result, "S104")
     assert told.startswith("heights of s1 and s2 cannot be compared")
     assert (result.verdict, result.verdict_text) == ("no-go", "NOT CHECKED")
+    # what is not known of a collision is no more ignored than one
+    ignored = checked(
+        tables + '[conditions]\nignore = ["S"]\n',
+        out=replace(OUT, home=replace(home, altitude_amsl_m=0.0)),
+    )
+    assert messages(ignored, "S104") == [told]
+    assert ignored.verdict_text == "NOT CHECKED"
 
 
 # 10 m at 0.2 m/s take 50 s, at 1.6 m/s, as the response comes down, some 6.
