@@ -59,6 +59,15 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
 
+_PX4_ITEMS, _PX4_SMALL_ITEMS = 2000, 500
+"""Items that fit with an SD card, and without."""
+_ARDUCOPTER_STORAGE_B = 16_384
+"""Of most boards: what is judged by where the vehicle does not report it. [B]"""
+_ARDUCOPTER_MISSION_B = {4_096: 2_422, 8_192: 4_554, 16_384: 9_758, 32_768: 19_600}
+"""By storage, what of it holds the mission: the areas of copters in StorageManager.cpp. [B]"""
+_STORED_HEAD_B, _STORED_ITEM_B = 4, 15
+"""Of the mission there (AP_Mission.h): 650 items in 16 kB, as ArduCopter 4.7 holds. [B]"""
+
 _FAR_M = 10_000.0
 """No multicopter begins its mission so far from home: PX4's MIS_DIST_1WP. [m]"""
 _ELSEWHERE_M = 100_000.0
@@ -574,3 +583,59 @@ def _splines(a: Assessment) -> Iterator[Finding]:
             severity=Severity.ERROR if unjudged else None,
             item=curves[0].item,
         )
+
+
+TOO_MANY_ITEMS = Rule(
+    "M126 too-many-items",
+    Severity.ERROR,
+    summary="The mission has more items than the vehicle holds.",
+    why="The vehicle refuses the upload, and keeps the mission it had.",
+    how="Items, and on ArduPilot the home it stores before them, against 650 on ArduCopter "
+    "(StorageManager.cpp, 16 kB of storage; that of a vehicle on the line is read from it, 1306 in 32 kB; "
+    "not with BRD_SD_MISSION above 0, which stores more on the card) and 2000 on PX4 "
+    "(NUM_MISSIONS_SUPPORTED with an SD card; a warning above 500, what boards without one hold); where no "
+    "autopilot is known, against the 2000.",
+    fix="split the mission (mavjoule split)",
+    instead="a mission with fewer items",
+)
+
+
+def ardupilot_items(storage_b: int | None) -> int:
+    """Return how many items ArduCopter holds, with home, in a storage of a size; unknown: as most boards.
+
+    Parameters
+    ----------
+    storage_b : int or None
+        Storage for parameters and lists. [B]
+    """
+    storage_b = storage_b or _ARDUCOPTER_STORAGE_B
+    fitting = [mission for size, mission in _ARDUCOPTER_MISSION_B.items() if size <= storage_b]
+    return (max(fitting, default=0) - _STORED_HEAD_B) // _STORED_ITEM_B
+
+
+@judges(TOO_MANY_ITEMS, needs=(TARGET,))
+def _too_many_items(a: Assessment, target: Target) -> Iterator[Finding]:
+    count, ardupilot = len(a.mission.items), ARDUPILOT.of(a)
+    severity = None
+    if target.autopilot is Autopilot.ARDUPILOT:
+        most = ardupilot_items(None if a.setup.parameters is None else a.setup.parameters.storage_b)
+        if count + 1 <= most or (ardupilot and ardupilot.mission_card_kb > 0):
+            return
+        held = f"{most - 1} beside home"
+    else:
+        if count <= _PX4_SMALL_ITEMS:
+            return
+        is_too_many = count > _PX4_ITEMS
+        severity = Severity.ERROR if is_too_many else Severity.WARNING
+        held = f"{_PX4_ITEMS}" if is_too_many else f"{_PX4_SMALL_ITEMS} without an SD card"
+    yield a.finding(
+        TOO_MANY_ITEMS, f"{count} items; {target.autopilot.label} holds {held}", severity=severity
+    )
+
+
+@judges(TOO_MANY_ITEMS)
+def _too_many_for_any(a: Assessment) -> Iterator[Finding]:
+    count = len(a.mission.items)
+    if TARGET.of(a) is None and count > _PX4_ITEMS:
+        text = f"{count} items; PX4 holds {_PX4_ITEMS}, ArduPilot {ardupilot_items(None) - 1} beside home"
+        yield a.finding(TOO_MANY_ITEMS, text)

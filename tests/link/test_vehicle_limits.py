@@ -12,7 +12,7 @@ from planner.link.mission import MissionKind, UploadOutcome, lists_of_mission
 from planner.link.snapshot import fetch_snapshot
 from planner.link.vehicle import VehicleLink, _revision
 from planner.mission.commands import Frame
-from planner.rules.feasibility import ardupilot_items
+from planner.rules.structure import ardupilot_items
 from planner.service.vehicle import check_vehicle
 from planner.setup import Setup
 from planner.values import replace

@@ -263,6 +263,17 @@ def far_from_the_line(case: Case, share: float) -> Case:
     return _beside_a_line(case, 60.0 + share)
 
 
+def take_off_second(case: Case, share: float) -> Case:  # noqa: ARG001 - of one form with faults
+    up, *rest = case.items
+    return replace(case, items=(at(0.0, 50.0, up.altitude_m or 0.0), up, *rest))
+
+
+def crowded(case: Case, share: float) -> Case:
+    """More than any autopilot holds: photos by hand, in which nothing else is wrong."""
+    photos = (item(203, frame=2),) * (2001 + round(100.0 * share))
+    return replace(case, items=(*case.items[:1], *photos, *case.items[1:]))
+
+
 def without_take_off(case: Case, share: float) -> Case:  # noqa: ARG001 - of one form with faults
     return replace(case, items=case.items[1:])
 
@@ -339,6 +350,8 @@ CLASSES = (
     WrongGo(13, wind_action, (PX4,), "W104", wind_action_far_off),
     WrongGo(14, on_the_line, ALL, "F101 F102", far_from_the_line),
     WrongGo(15, without_take_off, (ARDUPILOT,), "M101"),
+    WrongGo(15, take_off_second, ALL, "M101"),
+    WrongGo(15, crowded, ALL, "M126"),
     WrongGo(15, too_low_a_take_off, (PX4,), "M128"),
     WrongGo(15, over_terrain_unknown, (ARDUPILOT,), "A118"),
     WrongGo(16, far_beyond_chemistry, ALL, "E110"),

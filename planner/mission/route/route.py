@@ -604,6 +604,7 @@ def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
         return [NOTHING_TO_FLY.finding(f"no flight in {items}")]
     findings: list[Finding] = []
     first = state.stages[0]
+    refused = [] if state.dialect is Autopilot.ARDUPILOT else [*_takeoffs_refused(mission)]
     if first.kind is not StageKind.TAKEOFF:
         item = mission.items[first.item - 1]
         height_m = max(first.height_m, 0.0)
@@ -615,14 +616,18 @@ def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
         if state.dialect is Autopilot.ARDUPILOT:
             message += "; on the ground ArduPilot does not start it"
             severity = Severity.ERROR
+        elif state.dialect is None and refused:
+            message += (
+                f"; on the ground ArduPilot does not start it, and PX4 refuses the take-off of item "
+                f"{refused[0].item} behind it"
+            )
+            severity = Severity.ERROR
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )
         state.stages.insert(0, Stage(StageKind.TAKEOFF, first.item, 0.0, 0.0, height_m))
         state.places_deg.insert(0, state.start_deg)
-    if state.dialect is Autopilot.PX4:
-        findings += _takeoffs_refused(mission)
-    return findings
+    return [*findings, *refused] if state.dialect is Autopilot.PX4 else findings
 
 
 def _takeoffs_refused(mission: Mission) -> Iterator[Finding]:
