@@ -63,8 +63,8 @@ _NAMED: Mapping[type[NamedPart], str] = {
 }
 TABLES = ("operation", "conditions", "separation", "layers", "swarm", "swap", *_NAMED.values())
 """Tables of a fleet file, in the order of the documentation."""
-_IGNORES = "per_file_ignores"
-_WHOLE = frozenset({"fail_on", _IGNORES, "select", "extend_select", "ignore", "baseline"})
+FILE_IGNORES = "per_file_ignores"
+_WHOLE = frozenset({"fail_on", FILE_IGNORES, "select", "extend_select", "ignore", "baseline"})
 """Settings of the whole group, not of a vehicle."""
 _OF_PAD = frozenset({"vehicle", "home_amsl_m"})
 """What the file says otherwise: ``model``, and ``amsl_m`` of a pad."""
@@ -170,7 +170,9 @@ class _FleetReading(Reading):
             self.note(
                 f"conditions.{shown(key)}", f"is not a key of this file{nearest_hint(key, known)}"
             )
-        ignores: Any = conditions.pop(_IGNORES, ())  # which are met each mission tells, no vehicle
+        ignores: Any = conditions.pop(
+            FILE_IGNORES, ()
+        )  # which are met each mission tells, no vehicle
         named = {part: self._named(document, part) for part in _NAMED}
         setups = {
             name: self._setup(one, {**conditions, **own}, f"vehicle.{shown(name)}")

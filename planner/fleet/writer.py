@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import FleetFileError
 from planner.files import read_bounded, toml_document
-from planner.fleet.reader import MOST_BYTES, TABLES, WHAT, digest
+from planner.fleet.reader import FILE_IGNORES, MOST_BYTES, TABLES, WHAT, digest
 from planner.setting import File, Files
 from planner.setup import settings
 from planner.vehicle.writer import toml_key, toml_value
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from planner.fleet.fleet import Fleet
 
 _MODEL = "model"
-_IGNORES = "per_file_ignores"
 
 
 def fleet_file_text(fleet: Fleet, folder: str | Path) -> str:
@@ -57,8 +56,8 @@ def fleet_file_text(fleet: Fleet, folder: str | Path) -> str:
         for table in TABLES
         if table in document
     }
-    if _IGNORES in (conditions := moved.get("conditions", {})):
-        conditions[_IGNORES] = _ignored(fleet)
+    if FILE_IGNORES in (conditions := moved.get("conditions", {})):
+        conditions[FILE_IGNORES] = _ignored(fleet)
     lines = [f"schema = {toml_value(document['schema'])}"] if "schema" in document else []
     for table, keys in moved.items():
         lines += _table(toml_key(table), keys)

@@ -158,7 +158,8 @@ def identified_lean(
 
     The limit is that of the leg at it with the most drag: where the wind is not known, airspeeds are over
     ground, and a headwind takes off what a tailwind adds.  Where it was not come to, it is the fastest
-    flown, at the lean that the drag of all legs has there, if that tells the limit within 3 %.
+    flown, at the lean that the drag of all legs has there, if that tells the limit within 3 %.  Of a base
+    model it is that which leans more, and the one known better where they are not known alike.
 
     ``times_heavier`` are the masses that flew over that of the model, left out of a mass that is not known:
     what is heavier leans less against the same drag.  ``air_kg_m3`` are the densities of the air, left out
