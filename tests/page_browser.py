@@ -41,7 +41,7 @@ _WAITED_FOR = (
 def opened(
     browser: Chrome, address: str, *, scheme: str = "light", width: int = 0, scripts: bool = True
 ) -> None:
-    """Open a page and wait until its pictures are drawn."""
+    """Open a page and wait until it is there, with scripts until its pictures are drawn."""
     browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
     browser.execute_cdp_cmd(
         "Emulation.setEmulatedMedia",
@@ -54,6 +54,8 @@ def opened(
     # else an address that differs in its anchor alone is not loaded anew
     browser.get("about:blank")
     browser.get(address)
+    # without scripts get() may come back while the page is still read
+    until(browser, "return document.body && document.readyState === 'complete'")
     if scripts:
         until(browser, f"return !document.querySelector('{_WAITED_FOR}')")
 
