@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
 from planner.flight.pilot import airspeed_limit_m_s, shown_airspeed_m_s
+from planner.mission.takers import may_fly
 from planner.quantity import mean_of
 from planner.units import wh_from_j
 from planner.values import Value, replace
@@ -84,6 +85,11 @@ class Assessment(Value, eq=False, dict=True):
     def items(self) -> tuple[ItemArrival, ...]:
         """When every item is reached, and the energy used by then."""
         return item_arrivals(self.mission, self.route, self.flight)
+
+    @cached_property
+    def may_fly(self) -> frozenset[Autopilot]:
+        """Which of the two autopilots may fly the mission: those that take its upload, if none is named."""
+        return may_fly(self.mission, None if self.target is None else self.target.autopilot)
 
     @cached_property
     def reach(self) -> Situations:

@@ -156,6 +156,8 @@ class Check(Value, kw_only=False, eq=False):
     rules: tuple[Rule, ...]
     needs: tuple[Need[Any], ...]
     function: Callable[..., Iterator[Found]]
+    refuses: bool = False
+    """Whether its errors are that an autopilot does not fly the mission at all."""
 
     def __call__(self, a: Assessment) -> Need[Any] | tuple[Found, ...]:
         """Return what the rules find, or the first thing that is missing for them."""
@@ -174,21 +176,26 @@ class Check(Value, kw_only=False, eq=False):
 
 
 @overload
-def judges(*rules: Rule) -> Callable[[Callable[[Assessment], Iterator[Found]]], Check]: ...
+def judges(
+    *rules: Rule, refuses: bool = ...
+) -> Callable[[Callable[[Assessment], Iterator[Found]]], Check]: ...
 @overload
 def judges(
-    *rules: Rule, needs: tuple[Need[T1]]
+    *rules: Rule, needs: tuple[Need[T1]], refuses: bool = ...
 ) -> Callable[[Callable[[Assessment, T1], Iterator[Found]]], Check]: ...
 @overload
 def judges(
-    *rules: Rule, needs: tuple[Need[T1], Need[T2]]
+    *rules: Rule, needs: tuple[Need[T1], Need[T2]], refuses: bool = ...
 ) -> Callable[[Callable[[Assessment, T1, T2], Iterator[Found]]], Check]: ...
 @overload
 def judges(
-    *rules: Rule, needs: tuple[Need[T1], Need[T2], Need[T3]]
+    *rules: Rule, needs: tuple[Need[T1], Need[T2], Need[T3]], refuses: bool = ...
 ) -> Callable[[Callable[[Assessment, T1, T2, T3], Iterator[Found]]], Check]: ...
 def judges(
-    *rules: Rule, needs: tuple[Need[Any], ...] = ()
+    *rules: Rule, needs: tuple[Need[Any], ...] = (), refuses: bool = False
 ) -> Callable[[Callable[..., Iterator[Found]]], Check]:
-    """Make a function the check of some rules; it is passed the assessment and what it needs."""
-    return lambda function: Check(rules, needs, function)
+    """Make a function the check of some rules; it is passed the assessment and what it needs.
+
+    Where it ``refuses``, both autopilots are asked for those that are not named.
+    """
+    return lambda function: Check(rules, needs, function, refuses)

@@ -7,7 +7,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from planner import catalogue
+from planner.autopilot import Target
 from planner.findings import Finding, Rule, Severity
+from planner.mission.items import MissionFormat
+from planner.mission.takers import BOTH, NAME_IT
 from planner.rules.declaration import (
     ARDUPILOT_TARGET,
     BUDGET,
@@ -26,6 +29,7 @@ from planner.rules.declaration import (
     NotEvaluated,
 )
 from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -110,7 +114,30 @@ def judge(
                 findings += reported(a, found)
             else:
                 entries += _check_entries(check, None)
-    return tuple(findings), one_entry_each(entries)
+    return (*findings, *_refused_by_one(a)), one_entry_each(entries)
+
+
+def _refused_by_one(a: Assessment) -> Iterator[Finding]:
+    """Yield for what a mission is refused by one autopilot that may fly it, where none is named.
+
+    It may be the one: the other one's verdict is nobody's until it is named.
+    """
+    if a.target is not None or a.mission.file_format is MissionFormat.FOREIGN:
+        return
+    for autopilot in BOTH:
+        if a.may_fly and autopilot not in a.may_fly:
+            continue
+        flown = replace(a, target=Target(autopilot=autopilot))
+        for check in _refusing():
+            for one in reported(flown, check(flown)):
+                if one.severity is Severity.ERROR:
+                    named = f"{one.message}; {NAME_IT}" if len(a.may_fly) > 1 else one.message
+                    yield replace(one, message=named)
+
+
+@cache
+def _refusing() -> tuple[Check, ...]:
+    return tuple(one for subject in SUBJECTS for one in checks_of(subject) if one.refuses)
 
 
 def is_asked(check: Check, selection: Selection) -> bool:

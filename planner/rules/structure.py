@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import pairwise
 from math import hypot, inf, pi
-from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +16,6 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import is_4_7
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import (
-    NEEDS_ALTITUDE,
     RELATIVE_FRAMES,
     ROIS_BY_MODE,
     Command,
@@ -35,6 +32,7 @@ from planner.mission.route.stage import StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.mission.route.walk import ENDLESS
 from planner.mission.storage import stored_radius_m
+from planner.mission.takers import unset_value
 from planner.rules.assessment import numbers
 from planner.rules.declaration import (
     ARDUPILOT,
@@ -49,11 +47,10 @@ from planner.rules.fence_settings import is_from_file
 from planner.units import JOULES_PER_WATT_HOUR, wh_from_j
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator
 
     from planner.autopilot import Target
     from planner.findings import Finding
-    from planner.mission.items import MissionItem
     from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -84,16 +81,6 @@ _HELD_WITHIN_M = 0.3
 _AVOIDS_FLOOR = (4, 6)
 """The version from which no vehicle descends into the margin of FENCE_ALT_MIN, as far as is known."""
 TAKES_ANY_HEADING = frozenset({StageKind.TAKEOFF, StageKind.LAND, StageKind.RETURN})
-_MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
-    Command.NAV_WAYPOINT: frozenset({4}),
-    Command.NAV_LOITER_UNLIM: frozenset({4}),
-    Command.NAV_LAND: frozenset({4}),
-    Command.NAV_TAKEOFF: frozenset({4}),
-    Command.NAV_ARC_WAYPOINT: frozenset({2, 3, 4}),
-    Command.NAV_VTOL_TAKEOFF: frozenset({4}),
-    Command.NAV_VTOL_LAND: frozenset({3, 4}),
-}
-"""Parameters that ArduPilot takes as NaN (AP_Mission.cpp, ``sanity_check_params``)."""
 
 
 @judges(ENDLESS, JUMP_WITHOUT_FLIGHT)
@@ -147,7 +134,7 @@ FIRST_ROW_LOST = Rule(
 )
 
 
-@judges(FIRST_ROW_LOST, needs=(ARDUPILOT_TARGET,))
+@judges(FIRST_ROW_LOST, needs=(ARDUPILOT_TARGET,), refuses=True)
 def _first_row_lost(a: Assessment, _target: Target) -> Iterator[Finding]:
     if a.mission.file_format is not MissionFormat.WPL:
         return
@@ -370,13 +357,15 @@ COMMAND_UNSUPPORTED = Rule(
     why="PX4 refuses the whole mission for one item it does not support; ArduPilot skips such items "
     "in flight.  Upload tools report success all the same (MAVSDK #2103).",
     how="The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for others) and of a region of "
-    "interest its MAV_ROI, against what the autopilot's source accepts, in the version of --target.",
+    "interest its MAV_ROI, against what the autopilot's source accepts, in the version of --target.  Where "
+    "nothing names the autopilot: an error where neither takes the upload, or where one that does would not "
+    "arm or start (so M101, M119, M128, M129, F117, too).",
     fix="use commands the autopilot flies",
     instead="commands the autopilot flies, or --target",
 )
 
 
-@judges(COMMAND_UNSUPPORTED, needs=(TARGET,))
+@judges(COMMAND_UNSUPPORTED, needs=(TARGET,), refuses=True)
 def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
     autopilot, version = target.autopilot, target.version
     by_command: dict[tuple[int, int], Remarks] = {}
@@ -412,7 +401,7 @@ def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
         yield from remarks.findings()
 
 
-@judges(COMMAND_UNSUPPORTED, needs=(TARGET,))
+@judges(COMMAND_UNSUPPORTED, needs=(TARGET,), refuses=True)
 def _roi_refused(a: Assessment, target: Target) -> Iterator[Finding]:
     if target.autopilot is not Autopilot.PX4:
         return
@@ -442,32 +431,14 @@ VALUE_NOT_SET = Rule(
 )
 
 
-@judges(VALUE_NOT_SET, needs=(ARDUPILOT_TARGET,))
+@judges(VALUE_NOT_SET, needs=(ARDUPILOT_TARGET,), refuses=True)
 def _value_not_set(a: Assessment, _target: Target) -> Iterator[Finding]:
     remarks = Remarks()
     for number, item in enumerate(a.mission.items, start=1):
-        values = _wanted_values(item.command)(item)
-        if None in values:
-            unset = [*_wanted(item.command).values()][values.index(None)]
+        if (unset := unset_value(item)) is not None:
             message = f"ArduPilot refuses {command_name(item.command)} with {unset} not set"
             remarks.add(VALUE_NOT_SET, message, item=number, place=item.place)
     yield from remarks.findings()
-
-
-def _wanted(command: int) -> dict[str, str]:
-    """Return which values of a command may not be NaN, and what they are called."""
-    wanted = {
-        f"param{n}": f"parameter {n}"
-        for n in range(1, 5)
-        if n not in _MAY_BE_UNSET.get(command, ())
-    }
-    return wanted | ({"altitude_m": "the altitude"} if command in NEEDS_ALTITUDE else {})
-
-
-@cache
-def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, ...]]:
-    """Return what takes those values from an item."""
-    return attrgetter(*_wanted(command))
 
 
 @judges(ITEM_NOT_MODELLED, needs=(ARDUPILOT_TARGET,))
@@ -594,7 +565,7 @@ TOO_MANY_ITEMS = Rule(
     "(StorageManager.cpp, 16 kB of storage; that of a vehicle on the line is read from it, 1306 in 32 kB; "
     "not with BRD_SD_MISSION above 0, which stores more on the card) and 2000 on PX4 "
     "(NUM_MISSIONS_SUPPORTED with an SD card; a warning above 500, what boards without one hold); where no "
-    "autopilot is known, against the 2000.",
+    "autopilot is known, against the 2000, or the 649 where PX4 refuses one of the items.",
     fix="split the mission (mavjoule split)",
     instead="a mission with fewer items",
 )
@@ -635,7 +606,9 @@ def _too_many_items(a: Assessment, target: Target) -> Iterator[Finding]:
 
 @judges(TOO_MANY_ITEMS)
 def _too_many_for_any(a: Assessment) -> Iterator[Finding]:
-    count = len(a.mission.items)
-    if TARGET.of(a) is None and count > _PX4_ITEMS:
+    if a.target is not None:
+        return
+    count, is_for_ardupilot = len(a.mission.items), a.may_fly == {Autopilot.ARDUPILOT}
+    if count > _PX4_ITEMS or (is_for_ardupilot and count >= ardupilot_items(None)):
         text = f"{count} items; PX4 holds {_PX4_ITEMS}, ArduPilot {ardupilot_items(None) - 1} beside home"
         yield a.finding(TOO_MANY_ITEMS, text)

@@ -316,7 +316,7 @@ def test_a_landing_that_goes_on_to_no_take_off_leaves_the_vehicle_there(
     [
         (90, Autopilot.PX4, Severity.ERROR),
         (49, Autopilot.PX4, Severity.INFO),
-        (90, None, Severity.WARNING),
+        (90, None, Severity.ERROR),
     ],
 )
 def test_a_return_behind_a_landing_elsewhere_is_flown_by_neither_autopilot(
@@ -891,7 +891,10 @@ def test_autocontinue_off_stops_px4_for_ever_and_not_ardupilot() -> None:
     assert codes(route(takeoff(20), held, rtl(), dialect=PX4)) == ["T108"]
     assert codes(route(takeoff(20), held, rtl(), dialect=ARDUPILOT)) == []
     [unknown] = [f for f in route(takeoff(20), held, rtl()).findings if f.code == "T108"]
-    assert unknown.severity is Severity.WARNING
+    assert unknown.severity is Severity.ERROR
+    turns = replace(item(18, north(9), 20.0, params=(1.0, 0.0, 9.0, 0.0)), autocontinue=False)
+    [unknown] = [f for f in route(takeoff(20), turns, rtl()).findings if f.code == "T108"]
+    assert unknown.severity is Severity.WARNING  # PX4 refuses circles: ArduPilot flies it
 
 
 def test_after_the_end_there_is_nothing_for_px4_to_continue_to() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
@@ -14,6 +14,8 @@ from planner.errors import UsageError
 from planner.findings import Severity
 from planner.geo.fence import RallyPoint
 from planner.mission.commands import Support, support
+from planner.mission.formats.wpl import TEXT_NO_HOME_ROW
+from planner.mission.items import MissionFormat
 from planner.physics.wind import Wind
 from planner.selection import Selection
 from planner.service.preflight import check
@@ -358,11 +360,65 @@ def test_altitudes_amsl_over_an_unknown_home_are_no_go() -> None:
 
 
 def test_a_target_decides_whose_rules_count_for_reference_steps() -> None:
-    made = mission(takeoff(100), item(82, north(100), 100.0), rtl())
-    assert of("M105", made, Autopilot.STEP) == []
+    made = mission(takeoff(100), item(82, north(100), 100.0, params=(0.0,) * 4), rtl())
+    assert of("M105", made, Autopilot.STEP) == []  # ArduPilot takes it, and alone may fly it
     refused = of("M105", made, Autopilot.STEP, target=TARGETS["px4-1.16"])
     assert [finding.severity for finding in refused] == [Severity.ERROR]
     assert of("M105", made, Autopilot.STEP, target=TARGETS["arducopter-4.6"]) == []
+
+
+_WAIT = item(112, params=(5.0, 0.0, 0.0, 0.0), frame=2)
+_SPLINE = item(82, north(100), 20.0, params=(0.0,) * 4)
+_PLACES = (takeoff(20), waypoint(100, 20))
+_ROW = TEXT_NO_HOME_ROW.finding("the first row is not home", item=1)
+_HOMELESS: dict[str, Any] = {"file_format": MissionFormat.WPL, "findings": (_ROW,)}
+
+
+# Neither the file nor --target says who flies it: what one of both does not fly is an error until that is
+# said, but of one that refuses the upload, which shows at the desk.
+@pytest.mark.parametrize(
+    ("code", "made", "by_px4", "by_ardupilot"),
+    [
+        ("M101", mission(waypoint(50, 20), rtl()), False, True),
+        ("M101", mission(*_PLACES, takeoff(30), rtl()), True, False),
+        ("M105", mission(*_PLACES, _WAIT, rtl()), True, False),
+        ("M128", mission(takeoff(2.9), waypoint(100, 20), rtl()), True, False),
+        ("M129", replace(mission(*_PLACES, rtl()), **_HOMELESS), False, True),
+    ],
+)
+def test_what_one_autopilot_does_not_fly_is_an_error_until_one_is_named(
+    code: str, made: Mission, *, by_px4: bool, by_ardupilot: bool
+) -> None:
+    for by, is_refused in ((Autopilot.PX4, by_px4), (Autopilot.ARDUPILOT, by_ardupilot)):
+        named = of(code, made, Autopilot.STEP, target=Target(autopilot=by))
+        assert any(one.severity is Severity.ERROR for one in named) is is_refused
+    [unnamed] = of(code, made, Autopilot.STEP)
+    assert unnamed.severity is Severity.ERROR
+    assert unnamed.message.endswith("; name who flies it (--target, --params)")
+    foreign = replace(made, file_format=MissionFormat.FOREIGN, findings=())
+    assert all(one.severity < Severity.ERROR for one in of(code, foreign, Autopilot.STEP))
+
+
+@pytest.mark.parametrize(
+    ("items", "codes"),
+    [
+        ((*_PLACES, _SPLINE, rtl()), []),
+        ((takeoff(3.0), waypoint(100, 20), rtl()), []),
+        # PX4 refuses the spline; ArduPilot, which would take it, does not start or refuses the place.
+        ((_SPLINE, rtl()), ["M101"]),
+        ((*_PLACES, replace(_SPLINE, param4=None), rtl()), ["M105", "M112"]),
+        ((*_PLACES, _SPLINE, *(waypoint(100, 20),) * 645, rtl()), []),
+        ((*_PLACES, _SPLINE, *(waypoint(100, 20),) * 646, rtl()), ["M126"]),
+        ((*_PLACES, *(waypoint(100, 20),) * 647, rtl()), []),
+    ],
+)
+def test_an_autopilot_that_refuses_the_upload_is_not_the_one_that_flies(
+    items: tuple[MissionItem, ...], codes: list[str]
+) -> None:
+    checked = check(mission(*items), STEP, battery=Battery(capacity_wh=170.0))
+    told = [one for one in checked.findings if one.severity is Severity.ERROR]
+    assert sorted(one.code for one in told if one.code[0] == "M") == codes
+    assert not any("name who flies it" in one.message for one in told)
 
 
 def test_a_target_decides_which_commands_are_known() -> None:

@@ -31,6 +31,7 @@ from planner.mission.route.stage import (
 )
 from planner.mission.route.state import WAITS_FOR_EVER, MissionState
 from planner.mission.route.walk import carry_out, remark_swing, remark_tangent, stop_before
+from planner.mission.takers import NAME_IT
 from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
@@ -132,10 +133,11 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         # After a landing at the end, and a return, there is nothing to continue to.
         ends = self.is_over and (is_last or item.command == Command.NAV_RETURN_TO_LAUNCH)
         if not (item.autocontinue or ends or self.dialect is Autopilot.ARDUPILOT):
-            is_px4 = self.dialect is Autopilot.PX4
-            other = "" if is_px4 else ", ArduPilot continues"
-            message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
-            severity = Severity.ERROR if is_px4 else Severity.WARNING
+            other = "" if self.dialect is Autopilot.PX4 else ", ArduPilot continues"
+            message = self.unless_named(
+                f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
+            )
+            severity = None if Autopilot.PX4 in self.may_fly else Severity.WARNING
             self.remark(WAITS_FOR_EVER, message, severity=severity)
 
     def _is_held_back(self, item: MissionItem) -> bool:
@@ -220,7 +222,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
             self.remark(
                 HELD_BACK,
                 f"{command_name(item.command)} is over as it begins: ArduPilot drops the DO_ items before it "
-                "but the first" + ("" if is_known else "; name who flies it (--target, --params)"),
+                "but the first" + ("" if is_known else f"; {NAME_IT}"),
                 severity=Severity.WARNING if is_known else Severity.ERROR,
             )
         self.speed_m_s, self.climb_speed_m_s, self.descent_speed_m_s = first.speeds_m_s

@@ -12,6 +12,7 @@ from planner.mission.commands import RELATIVE_FRAMES, TERRAIN_FRAMES, Command
 from planner.mission.route.position import is_amsl
 from planner.mission.route.stage import Stage, StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
+from planner.mission.takers import NAME_IT
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def _remark_late_return(state: MissionState) -> None:
         state.remark(
             ITEM_NOT_MODELLED,
             "ArduPilot carries out all DO_ items before a return but the first when it has begun: it "
-            f"{does}, as predicted, with PX4 not so; name who flies it (--target, --params)",
+            f"{does}, as predicted, with PX4 not so; {NAME_IT}",
             severity=Severity.ERROR if leads_elsewhere else None,
         )
 

@@ -19,6 +19,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command, command_name, is_navigation
 from planner.mission.route.queue import HELD, JUMPS
+from planner.mission.takers import NAME_IT
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -420,7 +421,7 @@ def _effect_of(item: MissionItem) -> tuple[Hashable, Hashable]:
 
 def _of_one_autopilot(found: Finding, who: str, other: str) -> Finding:
     """Return a finding on what one autopilot does, where it is not known who flies."""
-    message = f"{who}: {found.message}, with {other} not so; name who flies it (--target, --params)"
+    message = f"{who}: {found.message}, with {other} not so; {NAME_IT}"
     return replace(found, message=message, severity=Severity.ERROR)
 
 

@@ -171,6 +171,8 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
     source: str
     dialect: Autopilot | None
     """Whose reading of the items counts; ``None`` where neither file nor vehicle decides."""
+    may_fly: frozenset[Autopilot]
+    """That one, or those that may where none is named."""
     start_deg: tuple[float, float]
     """Where the flight starts. [°]"""
     home_deg: tuple[float, float]

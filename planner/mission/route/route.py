@@ -30,6 +30,7 @@ from planner.mission.route.stage import LANDED_STAGES, Lap, Route, Stage, StageK
 from planner.mission.route.state import AS_DELIVERED, ITEM_NOT_MODELLED, VehicleHabits
 from planner.mission.route.walk import ENDLESS, LIFTS_OFF
 from planner.mission.storage import stored_hold_s
+from planner.mission.takers import may_fly
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -382,6 +383,7 @@ def _begin(
     state = FollowedMission(
         source=mission.source,
         dialect=dialect,
+        may_fly=may_fly(mission, dialect),
         start_deg=place,
         home_deg=place,
         home_amsl_m=amsl_m,
@@ -524,10 +526,10 @@ def _left_out(
 ) -> list[Finding]:
     """Return that items after the end of the flight are not flown; where it ``goes_on`` there but cannot."""
     missed = sorted(set(after) - set(reached))
-    if state.dialect is Autopilot.PX4 and state.stages[-1].kind is StageKind.LAND:
+    if Autopilot.PX4 in state.may_fly and state.stages[-1].kind is StageKind.LAND:
         going = (n for n in after if is_destination(mission.items[n - 1].command))
         if (onward := next(going, None)) is not None:
-            message = (
+            message = state.unless_named(
                 "PX4 flies on from the landing at a slant from the ground, which is not predicted, and "
                 "refuses a second take-off: fly what follows as a mission of its own"
             )
@@ -554,8 +556,8 @@ def _left_out(
         said += ": the vehicle stays where it landed, away from home"
         is_asked = goes_on and state.dialect is Autopilot.ARDUPILOT
         said += "; MIS_OPTIONS 4 continues only to a take-off" * is_asked
-        is_left = state.dialect in {Autopilot.ARDUPILOT, Autopilot.PX4}  # another may fly on
-        severity = Severity.ERROR if is_flown or is_left else Severity.WARNING
+        # Another maker's may fly on.
+        severity = Severity.ERROR if is_flown or state.may_fly else Severity.WARNING
     return [
         ITEMS_NOT_FLOWN.finding(
             said, severity=severity, item=missed[0], place=mission.items[missed[0] - 1].place
@@ -578,7 +580,8 @@ TAKEOFF_MISSING = Rule(
     "error on ArduPilot, which does not enter AUTO on the ground (ModeAuto::init: 'Missing Takeoff "
     "Cmd').  On PX4 an error where a take-off, the second one too, stands behind an item that it counts "
     "as a place (FeasibilityChecker::checkTakeoff; grippers, winches and actuators count, speeds, cameras "
-    "and delays do not): it refuses the mission.",
+    "and delays do not): it refuses the mission.  Both are errors where nothing names the autopilot, but of "
+    "one that refuses the upload.",
     fix="add a take-off item at the start",
     instead="a take-off at the start of the mission",
 )
@@ -604,7 +607,7 @@ def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
         return [NOTHING_TO_FLY.finding(f"no flight in {items}")]
     findings: list[Finding] = []
     first = state.stages[0]
-    refused = [] if state.dialect is Autopilot.ARDUPILOT else [*_takeoffs_refused(mission)]
+    refused = [*_takeoffs_refused(mission, state)] if Autopilot.PX4 in state.may_fly else []
     if first.kind is not StageKind.TAKEOFF:
         item = mission.items[first.item - 1]
         height_m = max(first.height_m, 0.0)
@@ -613,32 +616,29 @@ def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
             f"a vertical take-off to {quantity.height(height_m)} is assumed"
         )
         severity = None
-        if state.dialect is Autopilot.ARDUPILOT:
-            message += "; on the ground ArduPilot does not start it"
-            severity = Severity.ERROR
-        elif state.dialect is None and refused:
-            message += (
-                f"; on the ground ArduPilot does not start it, and PX4 refuses the take-off of item "
-                f"{refused[0].item} behind it"
-            )
+        if Autopilot.ARDUPILOT in state.may_fly:
+            does = f"{message}; on the ground ArduPilot does not start it"
+            message = does if refused else state.unless_named(does)
             severity = Severity.ERROR
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )
         state.stages.insert(0, Stage(StageKind.TAKEOFF, first.item, 0.0, 0.0, height_m))
         state.places_deg.insert(0, state.start_deg)
-    return [*findings, *refused] if state.dialect is Autopilot.PX4 else findings
+    return [*findings, *refused]
 
 
-def _takeoffs_refused(mission: Mission) -> Iterator[Finding]:
+def _takeoffs_refused(mission: Mission, state: FollowedMission) -> Iterator[Finding]:
     """Yield the first take-off behind something that PX4 counts as a place, another take-off too."""
     place: int | None = None
     for number, item in enumerate(mission.items, start=1):
         if place is not None and item.command in TAKEOFFS:
             before = command_name(mission.items[place - 1].command)
             yield TAKEOFF_MISSING.finding(
-                f"take-off behind {before} of item {place}: PX4 refuses a mission with a take-off that is "
-                "not its first place",
+                state.unless_named(
+                    f"take-off behind {before} of item {place}: PX4 refuses a mission with a take-off that "
+                    "is not its first place"
+                ),
                 item=number,
                 place=item.place,
                 severity=Severity.ERROR,

@@ -26,6 +26,7 @@ from planner.mission.route.stage import (
     StageKind,
 )
 from planner.mission.storage import LONGEST_STORED_HOLD_S, stored_hold_s
+from planner.mission.takers import NAME_IT
 from planner.values import Value, field
 
 if TYPE_CHECKING:
@@ -92,7 +93,8 @@ WAITS_FOR_EVER = Rule(
     why="With autoContinue off PX4 holds at the item; ArduPilot continues.  At NAV_GUIDED_ENABLE "
     "ArduPilot waits for a companion computer.",
     how="An item with autoContinue off is reached in flown order on PX4, but a return and a landing at the "
-    "end, or NAV_GUIDED_ENABLE on ArduPilot.  A warning where the autopilot is unknown.",
+    "end, or NAV_GUIDED_ENABLE on ArduPilot.  Where nothing names the autopilot a warning if PX4 "
+    "refuses the upload.",
     fix="set autoContinue, unless a pilot will continue the mission",
     instead="autoContinue, or a mission without NAV_GUIDED_ENABLE",
 )
@@ -268,6 +270,10 @@ class MissionState(Position, kw_only=True, eq=False):
             asked = item.param1
         return (asked or 0.0) > 0.0
 
+    def unless_named(self, message: str) -> str:
+        """Return what one autopilot does, and what to do where the other one may be meant."""
+        return f"{message}; {NAME_IT}" if len(self.may_fly) > 1 else message
+
     @property
     def in_air(self) -> bool:
         """Whether the vehicle has taken off, and has not landed."""
@@ -326,6 +332,6 @@ class MissionState(Position, kw_only=True, eq=False):
         if self.dialect is Autopilot.PX4:
             self.remark(ZERO_ALTITUDE, message)
             return self.datum_m
-        message += ", as predicted; name who flies it (--target, --params)"
+        message += f", as predicted; {NAME_IT}"
         self.remark(ZERO_ALTITUDE, message, severity=Severity.ERROR)
         return self.height_m
