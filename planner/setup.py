@@ -239,6 +239,13 @@ def _spread_text(shown: Shown, value: float | Spread) -> str:
     return shown(mean_of(value)) + (f" ± {shown(sd)}" if sd else "")
 
 
+def home_phrase(home_amsl_m: float | None) -> str:
+    """Return the altitude of home in words: ``home 488 m AMSL``."""
+    if home_amsl_m is None:
+        return "altitude of home unknown"
+    return f"home {quantity.height(home_amsl_m)} AMSL"
+
+
 def wind_phrase(wind: Wind) -> str:
     """Return a wind in words: ``no wind``, ``wind 5.0 m/s from 270°``."""
     if not (wind.speed_m_s or wind.speed_sd_m_s):
@@ -390,7 +397,7 @@ class Setup(_Vehicle):
         default=None,
         unset="the mission's own",
         rows=(Row("home_amsl_m", "Home above sea level", quantity.height),),
-        phrase=lambda home_amsl_m: f"home {quantity.height(home_amsl_m)} AMSL",
+        phrase=home_phrase,
     )
 
     temperature_c: float | Spread | None = setting(
@@ -914,7 +921,9 @@ def basis_text(setup: Setup, *, capacity_wh: float | None) -> str:
 
 
 def conditions_text(setup: Setup) -> str:
-    """Return the conditions of a flight in one line: ``no wind, home 488 m AMSL, 15 °C, …``."""
+    """Return the conditions of a checked flight in one line: ``no wind, home 488 m AMSL, 15 °C, …``."""
     given = ((setting.phrase, getattr(setup, setting.field)) for setting in declared(Setup))
-    phrases = (phrase(value) for phrase, value in given if phrase and value is not None)
+    phrases = [phrase(value) for phrase, value in given if phrase and value is not None]
+    if setup.home_amsl_m is None:
+        phrases.append(home_phrase(None))
     return ", ".join(phrases)

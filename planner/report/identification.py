@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.identify.segments import FitStatus
 from planner.report.text import by_weight, finding_lines, note_lines, printable, table_lines
+from planner.setup import home_phrase, wind_phrase
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -230,10 +231,7 @@ def _figure_lines(one: Verification) -> list[str]:
             error_text(distance_fraction),
         ),
     ]
-    wind, air = one.setup.wind, "no wind"
-    if wind.speed_m_s:
-        air = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
-    home = f"home {quantity.height(one.setup.home_amsl_m)} AMSL"
+    air = f"{wind_phrase(one.setup.wind)}, {home_phrase(one.setup.home_amsl_m)}"
     errors = (
         f"height {quantity.height(one.height_rms_m)}, speed {quantity.speed(one.speed_rms_m_s)}, "
         f"power {quantity.power(one.power_rms_w)}: root mean square in the air"
@@ -241,7 +239,7 @@ def _figure_lines(one: Verification) -> list[str]:
     lines = [
         *table_lines(rows, alignment="<>>>"),
         "",
-        f"Vehicle     {printable(one.vehicle_name)}, {air}, {home}",
+        f"Vehicle     {printable(one.vehicle_name)}, {air}",
         f"Mission     {printable(one.mission)}",
         f"Errors      {errors}",
     ]

@@ -235,7 +235,11 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     return CheckResult(
         file=mission.source,
         verdict=verdict(reported, setup.fail_on),
-        setup=replace(setup, home_amsl_m=route.home_amsl_m, temperature_c=temperature_c),
+        setup=replace(
+            setup,
+            home_amsl_m=route.home_amsl_m if route.knows_home_amsl else None,
+            temperature_c=temperature_c,
+        ),
         totals=NOTHING_FLOWN if assessment is None else assessment.totals,
         battery=None if assessment is None else assessment.battery,
         return_plan=None if assessment is None else assessment.return_plan,

@@ -191,11 +191,8 @@ def _starts_s(results: Sequence[object], together: Together) -> tuple[float, ...
 
 def known_home_amsl_m(assessment: Assessment) -> float | None:
     """Return the altitude of home; ``None`` where it is not known. [m AMSL]"""
-    home, setup = assessment.mission.home, assessment.setup
-    # 0 is what programs write who do not know.
-    is_stated = home is not None and bool(home.altitude_amsl_m)
-    is_known = is_stated or setup.home_amsl_m is not None or setup.terrain is not None
-    return assessment.route.home_amsl_m if is_known else None
+    route = assessment.route
+    return route.home_amsl_m if route.knows_home_amsl else None
 
 
 def trajectory_of(a: Assessment, frame: LocalFrame, min_nav_alt_m: float) -> Trajectory:

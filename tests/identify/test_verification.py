@@ -13,6 +13,8 @@ from planner.identify.flown_mission import cut_record, flown_heading_deg, flown_
 from planner.identify.spread import compared_flight
 from planner.identify.verification import KnownConditions, Verification, find_stops, verify_flight
 from planner.logs.record import Boundary, FlightRecord, LoggedHome, LoggedItem
+from planner.report.identification import verification_text
+from planner.report.text import Medium
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
@@ -77,6 +79,14 @@ def flown() -> FlightRecord:
 @pytest.fixture(scope="module")
 def verified(flown: FlightRecord) -> Verification:
     return verify_flight(flown, ARTICLE, CALM)
+
+
+def test_a_log_without_the_altitude_of_home_is_verified_and_says_so(flown: FlightRecord) -> None:
+    found = verify_flight(
+        replace(flown, home=replace(flown.home, altitude_amsl_m=None)), ARTICLE, CALM
+    )
+    assert "no altitude of home in the log" in " ".join(one.message for one in found.findings)
+    assert "altitude of home unknown" in verification_text([found], medium=Medium())
 
 
 def test_a_flight_that_keeps_to_the_model_has_no_errors(verified: Verification) -> None:

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import mission, takeoff, waypoint
+from made_missions import HOME, mission, rtl, takeoff, waypoint
 
 from planner import quantity
 from planner.findings import Severity
@@ -102,6 +102,29 @@ def test_a_wind_profile_and_an_old_battery_are_among_the_conditions(flown: Check
     )
     logarithmic = replace(power, shear_exponent=None, roughness_length_m=0.03)
     assert "(logarithmic law, roughness 0.03 m)" in shown(logarithmic)
+
+
+@pytest.mark.parametrize(
+    ("stated_m", "given_m", "shown"),
+    [
+        (400.0, None, "home 400 m AMSL"),
+        (0.0, None, "altitude of home unknown"),  # what programs write that do not know it
+        (None, None, "altitude of home unknown"),
+        (0.0, 0.0, "home 0 m AMSL"),
+    ],
+)
+def test_an_altitude_of_home_that_nobody_knows_is_no_number(
+    stated_m: float | None, given_m: float | None, shown: str
+) -> None:
+    home = replace(HOME, altitude_amsl_m=stated_m)
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    result = check(
+        mission(takeoff(20), waypoint(100, 20), rtl(), home=home), vehicle, home_amsl_m=given_m
+    )
+    lines = check_text([result], medium=Medium()).splitlines()
+    [conditions] = (line for line in lines if line.startswith("Conditions"))
+    assert shown in conditions
+    assert ("home 0 m" in conditions) == (given_m == 0.0)
 
 
 def test_a_finding_is_one_line_for_other_programs_with_its_fix_below(flown: CheckResult) -> None:
