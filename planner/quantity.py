@@ -22,6 +22,8 @@ NUMBER = r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?)"
 PLUS_MINUS = r"±|\+/?-|~"
 
 
+_SLOW_M_S, _STANDING_M_S = 0.05, 1e-3
+"""Below the first a tenth of a metre a second is none, below the second it is what rounding leaves."""
 _MOST_IN_FULL = 1e9
 """From here on nothing a vehicle flies, and no digit of it is worth reading."""
 
@@ -68,8 +70,12 @@ def height(height_m: float | None) -> str:
 
 
 def speed(speed_m_s: float | None) -> str:
-    """Return a speed in m/s: ``5.0 m/s``."""
-    return ABSENT if speed_m_s is None else f"{decimals(speed_m_s, 1)} m/s"
+    """Return a speed in m/s: ``5.0 m/s``, below 0.05 ``0.03 m/s``; of 1 mm/s and less nobody speaks."""
+    if speed_m_s is None:
+        return ABSENT
+    if _STANDING_M_S < abs(speed_m_s) < _SLOW_M_S:
+        return f"{speed_m_s:.1g} m/s"
+    return f"{decimals(speed_m_s, 1)} m/s"
 
 
 def bearing(bearing_deg: float | None) -> str:

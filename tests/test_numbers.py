@@ -92,6 +92,22 @@ def test_bearings_have_three_digits_and_wrap_at_north() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("speed_m_s", "text"),
+    [
+        (5.0, "5.0 m/s"),
+        (0.051, "0.1 m/s"),
+        (0.049, "0.05 m/s"),
+        (0.03, "0.03 m/s"),
+        (-0.002, "-0.002 m/s"),
+        (1e-9, "0.0 m/s"),
+        (0.0, "0.0 m/s"),
+    ],
+)
+def test_a_slow_speed_is_not_none(speed_m_s: float, text: str) -> None:
+    assert quantity.speed(speed_m_s) == text
+
+
 def test_nothing_counts_as_minus_zero() -> None:
     assert quantity.decimals(-0.04, 1) == "0.0"
 
