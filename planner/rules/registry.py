@@ -128,16 +128,17 @@ def _refused_by_one(a: Assessment) -> Iterator[Finding]:
         if a.may_fly and autopilot not in a.may_fly:
             continue
         flown = replace(a, target=Target(autopilot=autopilot))
-        for check in _refusing():
+        for check in _refusing(flown):
             for one in reported(flown, check(flown)):
                 if one.severity is Severity.ERROR:
                     named = f"{one.message}; {NAME_IT}" if len(a.may_fly) > 1 else one.message
                     yield replace(one, message=named)
 
 
-@cache
-def _refusing() -> tuple[Check, ...]:
-    return tuple(one for subject in SUBJECTS for one in checks_of(subject) if one.refuses)
+def _refusing(a: Assessment) -> Iterator[Check]:
+    for subject, needs in SUBJECTS.items():
+        if all(need.of(a) is not None for need in needs):
+            yield from (one for one in checks_of(subject) if one.refuses)
 
 
 def is_asked(check: Check, selection: Selection) -> bool:
