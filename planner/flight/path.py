@@ -35,8 +35,8 @@ _BRAKE = STATE_INDEX[FlightState.BRAKE]
 _FIRST_PARTS = 4
 """Parts a piece that is no polynomial is divided into at first: its cubics are then good to 1 mm."""
 _MOST_PARTS = 4000
-_VERTICAL_PART_S = 0.25
-"""Heights that answer a step are cubics for so long: good to 1 cm. [s]"""
+_SAME_TIME_S = 1e-9
+"""A height that turns within this of an end of a piece turns there. [s]"""
 _SAME_PLACE_M = 1e-3
 """A motion that goes on within this of where it was has not jumped. [m]"""
 _BRAKING_M_S2 = 0.25
@@ -52,6 +52,10 @@ def refuse_endless(points: int) -> None:
     if points > _MOST_POINTS:
         what = f"a path of {points:,} points"
         raise PathTooLongError(what)
+
+
+_OF_STATE = ("east_m", "north_m", "height_m", "east_m_s", "north_m_s")
+_OF_LEGS = ("segment", "item", "is_circle", "is_brake")
 
 
 class FlownPath(Value, eq=False):
@@ -85,6 +89,30 @@ class FlownPath(Value, eq=False):
         """Length of each leg. (n,) [m]"""
         return np.hypot(np.diff(self.east_m), np.diff(self.north_m))
 
+    def cut(self, motion: Motion, longest_m: float) -> FlownPath:
+        """Return the same path, its legs in equal parts of time that at one speed are no longer than asked.
+
+        Parameters
+        ----------
+        motion : Motion
+            That it is the path of.
+        longest_m : float
+            Of what is bent where it is long, climbs and descents as well. [m]
+        """
+        leg_m = lengths(np.diff((self.east_m, self.north_m, self.height_m)).T)
+        parts = np.maximum(np.ceil(leg_m / longest_m), 1.0).astype(np.intp)
+        if (parts == 1).all():
+            return self
+        refuse_endless(int(parts.sum()))
+        leg = np.repeat(np.arange(len(parts)), parts)
+        number = np.arange(len(leg)) - np.repeat(np.cumsum(parts) - parts, parts)
+        owner, share = leg[number > 0], (number / parts[leg])[number > 0]
+        time_s = self.time_s[owner] + share * np.diff(self.time_s)[owner]
+        state = motion.state_at_time(time_s)
+        new = {name: getattr(state, name) for name in _OF_STATE} | {"time_s": time_s}
+        points = {name: np.insert(getattr(self, name), owner + 1, new[name]) for name in new}
+        return FlownPath(**points, **{name: getattr(self, name)[leg] for name in _OF_LEGS})
+
     @property
     def is_committed(self) -> BoolArray:
         """Whether the vehicle is not slowing down already at a point. (n + 1,)
@@ -97,21 +125,16 @@ class FlownPath(Value, eq=False):
         return ~(np.append(slows, True) & np.concatenate(([True], slows)))
 
 
-def flown_path(
-    motion: Motion, *, straight_m: float = np.inf, with_heights: bool = False
-) -> FlownPath:
-    """Return the path of a motion of at least one piece over ground.
+def flown_path(motion: Motion) -> FlownPath:
+    """Return the path of a motion of at least one piece.
 
-    It is within :data:`PATH_TOLERANCE_M` of the motion everywhere, on the map or ``with_heights``; no leg is
-    longer than ``straight_m``, for what bends long ones.  Raises `PathTooLongError` where that takes too many
-    points.  A cubic stays within ¾ of the greatest distance of
-    its inner control points from its chord, and in k equal parts of time within 1/k² of ¾ of the greatest
-    second difference of its control points.
+    It is within :data:`PATH_TOLERANCE_M` of the motion everywhere.  Raises `PathTooLongError` where that
+    takes too many points.  A cubic stays within ¾ of the greatest distance of its inner control points from
+    its chord, and in k equal parts of time within 1/k² of ¾ of the greatest second difference of its control
+    points.
     """
-    piece, start_s, end_s = _first_intervals(motion, with_heights=with_heights)
-    axes = 3 if with_heights else 2
-    control_m = motion.control_m(piece, start_s, end_s)[..., :axes]
-    parts, jumps = _parts_and_jumps(control_m, straight_m)
+    piece, start_s, end_s = _first_intervals(motion)
+    parts, jumps = _parts_and_jumps(motion.control_m(piece, start_s, end_s))
     # Where the next piece begins elsewhere, the end of a piece is a point of the path as well.
     ends = np.flatnonzero(jumps)
     last = np.append(piece[ends], piece[-1])
@@ -126,11 +149,7 @@ def flown_path(
     segment = motion.piece_segment[piece]
     circles = [i for i, law in enumerate(motion.laws) if isinstance(law, CircleLaw)]
     return FlownPath(
-        east_m=state.east_m,
-        north_m=state.north_m,
-        east_m_s=state.east_m_s,
-        north_m_s=state.north_m_s,
-        height_m=state.height_m,
+        **{name: getattr(state, name) for name in _OF_STATE},
         time_s=time_s,
         segment=segment,
         item=motion.segments.item[segment],
@@ -139,19 +158,17 @@ def flown_path(
     )
 
 
-def _first_intervals(
-    motion: Motion, *, with_heights: bool
-) -> tuple[IntArray, FloatArray, FloatArray]:
+def _first_intervals(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return piece, beginning and end of intervals in which a cubic follows the motion."""
     duration_s = motion.piece_duration_s
-    parts = np.full(len(duration_s), _FIRST_PARTS)
+    parts, turns = np.full(len(duration_s), _FIRST_PARTS), []
     for index, law in enumerate(motion.laws):
         own = np.flatnonzero(motion.piece_law == index)
         if not len(own):
             continue
         if isinstance(law, VerticalStepLaw):
-            vertical = np.ceil(duration_s[own] / _VERTICAL_PART_S) if with_heights else 1
-            parts[own] = np.clip(vertical, 1, _MOST_PARTS)
+            parts[own] = 1
+            turns.append(_turns(motion, law, own))
         elif isinstance(law, PolynomialLaw):
             parts[own] = 1
         elif isinstance(law, SpeedPulseLaw):  # straight: only where it stops it may swing back
@@ -166,7 +183,24 @@ def _first_intervals(
             wanted = np.ceil(angle / np.minimum(step, 0.25 * np.pi))
             parts[own] = np.clip(wanted, 1, _MOST_PARTS).astype(np.intp)
     piece = np.arange(len(duration_s))
-    return _divided(piece, np.zeros(len(duration_s)), duration_s, parts)
+    piece, start_s, end_s = _divided(piece, np.zeros(len(duration_s)), duration_s, parts)
+    for turned, turn_s in turns:
+        at = np.searchsorted(piece, turned, side="right")
+        piece, start_s = np.insert(piece, at, turned), np.insert(start_s, at, turn_s)
+        end_s = np.insert(end_s, at - 1, turn_s)
+    return piece, start_s, end_s
+
+
+def _turns(motion: Motion, law: VerticalStepLaw, own: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return where heights turn within some pieces of a law: in which of them, and when. (k,), (k,) [s]"""
+    begin_s = motion.piece_offset_s[own]
+    end_s = begin_s + motion.piece_duration_s[own]
+    pause_s = law.pause_s[motion.piece_row[own]]
+    answer_s = end_s - np.clip(end_s - law.peak_s, 0.0, pause_s)
+    turn_s = law.response.monotone_between(float(answer_s.max()))
+    since_s = turn_s + np.where(turn_s > law.peak_s, pause_s[:, None], 0.0) - begin_s[:, None]
+    is_within = (since_s > _SAME_TIME_S) & (since_s < (end_s - begin_s)[:, None] - _SAME_TIME_S)
+    return own[is_within.nonzero()[0]], since_s[is_within]
 
 
 def _divided(
@@ -182,7 +216,7 @@ def _divided(
     return piece[owner], begin, end
 
 
-def _parts_and_jumps(control_m: FloatArray, straight_m: float) -> tuple[IntArray, BoolArray]:
+def _parts_and_jumps(control_m: FloatArray) -> tuple[IntArray, BoolArray]:
     """Return into how many straight parts cubics must be divided, and where the next is elsewhere."""
     first, one, two, last = np.moveaxis(control_m, 1, 0)
     chord = last - first
@@ -194,7 +228,6 @@ def _parts_and_jumps(control_m: FloatArray, straight_m: float) -> tuple[IntArray
     bend = np.maximum(lengths(first - 2.0 * one + two), lengths(one - 2.0 * two + last))
     curved = 0.75 * away > PATH_TOLERANCE_M
     wanted = np.where(curved, np.ceil(np.sqrt(0.75 * bend / PATH_TOLERANCE_M)), 1.0)
-    wanted = np.maximum(wanted, np.ceil(np.sqrt(squared) / straight_m))
     jumps = np.append(lengths(first[1:] - last[:-1]) > _SAME_PLACE_M, False)
     return np.clip(wanted, 1, _MOST_PARTS).astype(np.intp), jumps
 

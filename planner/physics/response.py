@@ -619,7 +619,7 @@ class StepResponse(Value):
 
     def extremum(self, window_s: float, *, highest: bool) -> Extremum:
         """Highest or lowest point in [0, window], ends included; the first of equals."""
-        times = self._monotone_between(window_s)
+        times = self.monotone_between(window_s)
         values = self.value(times)
         at = int(np.argmax(values if highest else -values))
         return Extremum(float(times[at]), float(values[at]))
@@ -649,7 +649,7 @@ class StepResponse(Value):
         if not np.all(allowed > 0.0):
             msg = f"a settling tolerance must be positive, got {allowed.tolist()}"
             raise ValueError(msg)
-        times = self._monotone_between(self._near_end_s(float(allowed.min(initial=np.inf))))
+        times = self.monotone_between(self._near_end_s(float(allowed.min(initial=np.inf))))
         away = self.value(times) - final
         # how far the answer still goes from each of the times on, the last by the envelope not at all
         farthest = np.maximum.accumulate(np.abs(away[:-1])[::-1])[::-1]
@@ -668,7 +668,7 @@ class StepResponse(Value):
         Everything rests at zero before time 0: a jump at the start reaches what lies between.
         """
         distance = abs(level - self.final_value)
-        times = self._monotone_between(self._near_end_s(distance))
+        times = self.monotone_between(self._near_end_s(distance))
         reached = np.flatnonzero(np.copysign(1.0, level) * self.value(times) >= abs(level))
         if not reached.size:
             return None
@@ -678,7 +678,7 @@ class StepResponse(Value):
         around = (times[first - 1 : first], times[first : first + 1])
         return float(self._reached_s(np.array([level]), *around)[0])
 
-    def _monotone_between(self, window_s: float) -> FloatArray:
+    def monotone_between(self, window_s: float) -> FloatArray:
         """Return rising times from 0 to the window's end, between which the answer is monotone."""
         if not 0.0 < window_s < math.inf:
             msg = f"the window must be positive and finite, got {window_s}"

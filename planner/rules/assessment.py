@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from planner.flight.failsafe import BatteryProfile
     from planner.flight.motion.kinematics import Motion
     from planner.flight.motion.px4.pilot import Px4Pilot
+    from planner.flight.path import FlownPath
     from planner.flight.pilot import ArduPilotPilot
     from planner.flight.power import Transients
     from planner.flight.prediction import Flight, ItemArrival
@@ -90,6 +91,13 @@ class Assessment(Value, eq=False, dict=True):
     def may_fly(self) -> frozenset[Autopilot]:
         """Which of the two autopilots may fly the mission: those that take its upload, if none is named."""
         return may_fly(self.mission, None if self.target is None else self.target.autopilot)
+
+    @cached_property
+    def path(self) -> FlownPath:
+        """The flight as straight lines, of which every rule on places takes what it looks at."""
+        from planner.flight.path import flown_path
+
+        return flown_path(self.flight.motion)
 
     @cached_property
     def reach(self) -> Situations:

@@ -451,10 +451,7 @@ def _rally_far(a: Assessment, _target: Target) -> Iterator[Finding]:
     rally, limit_m = a.mission.rally, _rally_limit_m(a)
     if not rally or not a.route.stages:
         return
-    from planner.flight.path import flown_path
-
-    path = flown_path(a.flight.motion)
-    path_m = np.column_stack((path.east_m, path.north_m))
+    path_m = np.column_stack((a.path.east_m, a.path.north_m))
     remarks = Remarks()
     for number, (point, point_m) in enumerate(zip(rally, _rally_m(a), strict=True), start=1):
         away_m = _distance_to_path_m(point_m, path_m)

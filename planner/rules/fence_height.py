@@ -317,7 +317,6 @@ def _flown_heights(a: Assessment) -> _FlownHeights:
     then (``get_relative_position_D_home``), ``Geofence::isBelowMaxAltitude`` of PX4 too.  Switched on in
     flight, a limit counts from the height there is then.  How high a return climbs is looked at by itself.
     """
-    from planner.flight.path import flown_path
     from planner.rules.terrain_posts import heights_by_posts_m
 
     stages, returns = a.route.stages, a.returns
@@ -331,11 +330,10 @@ def _flown_heights(a: Assessment) -> _FlownHeights:
     least_m = np.where(flies, np.minimum(begins_m, end_m), np.inf)
     most_m = np.maximum(start_m, end_m)
 
-    motion = a.flight.motion
-    path = flown_path(motion, with_heights=True)
+    path = a.path
     stage = returns.segment_stage[path.segment]
     legs_m = np.stack((path.height_m[:-1], path.height_m[1:]))
-    is_level = ~np.isin(motion.segments.state[path.segment], _NOT_AIRBORNE)
+    is_level = ~np.isin(a.flight.motion.segments.state[path.segment], _NOT_AIRBORNE)
     # A return that began while the fence was off climbs past a ceiling that is switched on meanwhile.
     judged = [s.kind in _PATH_JUDGED or s.return_ceiling_m == math.inf for s in stages]
     kept = np.array(judged)[stage] & ~np.isin(stage, by_posts)

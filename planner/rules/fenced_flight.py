@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.findings import FlightStretch
 from planner.flight.fence_schedule import fence_schedule
 from planner.flight.motion.kinematics import lengths
-from planner.flight.path import PATH_TOLERANCE_M, flown_path
+from planner.flight.path import PATH_TOLERANCE_M
 from planner.flight.pilot import StopRoom
 from planner.flight.returns.destination import HOME
 from planner.flight.returns.fan import return_fan
@@ -404,7 +404,7 @@ def _path(a: Assessment, frame: LocalFrame, *, bends: bool) -> FlownPath:
     straight_m = np.inf if frame == home else _FAR_LEG_M
     if bends:
         straight_m = min(straight_m, straight_length_m(PATH_TOLERANCE_M, home.latitude_deg))
-    path = flown_path(a.flight.motion, straight_m=straight_m)
+    path = a.path.cut(a.flight.motion, straight_m)
     points = np.column_stack((path.east_m, path.north_m))
     if bends and np.hypot(*np.ptp(points, axis=0)) > straight_m:
         points = points + _bow_m(points, path.item, home.latitude_deg)

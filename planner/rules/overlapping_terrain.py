@@ -51,12 +51,10 @@ def others_around(a: Assessment, terrain: TerrainGrid) -> tuple[OtherGround, ...
     """Return the files that know other ground around a flight than those that count there."""
     if len(terrain.tiles) == 1:
         return ()
-    from planner.flight.path import flown_path
-
-    path = flown_path(a.flight.motion)
     rally = [(point.latitude_deg, point.longitude_deg) for point in a.mission.rally]
     rally_m = np.array([a.route.frame.east_north_m(*place) for place in rally]).reshape(-1, 2)
-    places_m = np.concatenate(([(0.0, 0.0)], np.column_stack((path.east_m, path.north_m)), rally_m))
+    path_m = np.column_stack((a.path.east_m, a.path.north_m))
+    places_m = np.concatenate(([(0.0, 0.0)], path_m, rally_m))
     low_m, high_m = places_m.min(axis=0) - _AROUND_M, places_m.max(axis=0) + _AROUND_M
     corners = a.route.frame.latitude_longitude_deg(
         np.array([low_m[0], high_m[0]]), np.array([low_m[1], high_m[1]])

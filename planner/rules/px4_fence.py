@@ -10,7 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.flight.path import PATH_TOLERANCE_M, flown_path
+from planner.flight.path import PATH_TOLERANCE_M
 from planner.geo.barrier import swept_areas
 from planner.mission.commands import RELATIVE_FRAMES, Command, command_name
 from planner.mission.route.stage import RETURN_STAGES
@@ -135,12 +135,11 @@ def _predicted_above(
     a: Assessment, parameters: Px4Parameters, ceiling_m: float
 ) -> Iterator[Finding]:
     """Yield the first place from which the height predicted is above the ceiling."""
-    returns, motion = a.returns, a.flight.motion
-    path = flown_path(motion, with_heights=True)
+    returns, path = a.returns, a.path
     segment = np.append(path.segment, path.segment[-1])
     places = returns.destinations
     datum_m = places.home_datum_m[places.home_of(returns.segment_stage[segment])]
-    climb_m_s = motion.state_at_time(path.time_s).climb_m_s
+    climb_m_s = a.flight.motion.state_at_time(path.time_s).climb_m_s
     up, down = parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2
     reach_m = predicted_m(
         np.maximum(climb_m_s, 0.0),

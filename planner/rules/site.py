@@ -9,7 +9,6 @@ import numpy as np
 from planner import quantity
 from planner.errors import nearest_hint
 from planner.findings import Rule, Severity
-from planner.flight.path import flown_path
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name, is_navigation
 from planner.rules.declaration import EXTREMES, PROFILE, judges
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.path import FlownPath
     from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
     from planner.site_profile import ExpectedValue, SiteProfile
@@ -207,11 +205,10 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     farthest = int(np.argmax(away_m))
     what, item = places[farthest][:2]
     farthest_m, beyond = float(away_m[farthest]), int((away_m > limit_m).sum())
-    path = flown_path(a.flight.motion)
-    path_m = path_distances_m(a, profile, path)
+    path_m = path_distances_m(a, profile)
     point = int(np.argmax(path_m))
     if path_m[point] > max(farthest_m, limit_m) + PATH_SLACK_M:
-        item = int(path.item[max(point - 1, 0)])
+        item = int(a.path.item[max(point - 1, 0)])
         what, farthest_m, beyond = f"the way of item {item}", float(path_m[point]), beyond + 1
     if not beyond:
         return
@@ -231,9 +228,9 @@ def _origin_deg(a: Assessment, profile: SiteProfile) -> tuple[float, float]:
     return a.route.frame.latitude_deg, a.route.frame.longitude_deg
 
 
-def path_distances_m(a: Assessment, profile: SiteProfile, path: FlownPath) -> FloatArray:
-    """Return how far each point of a path is from the place of a site, else from home. (n + 1,) [m]"""
-    places_deg = a.route.frame.latitude_longitude_deg(path.east_m, path.north_m)
+def path_distances_m(a: Assessment, profile: SiteProfile) -> FloatArray:
+    """Return how far each point of the path is from the place of a site, else from home. (n + 1,) [m]"""
+    places_deg = a.route.frame.latitude_longitude_deg(a.path.east_m, a.path.north_m)
     return np.asarray(distance_m(*_origin_deg(a, profile), *places_deg))
 
 

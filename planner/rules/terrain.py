@@ -187,9 +187,9 @@ class _Flown(Value, kw_only=False, eq=False):
 
 def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Flown | None:
     """Return the height of a flight over ground; ``None`` where it only goes up and down."""
-    from planner.flight.path import flown_lines, flown_path
+    from planner.flight.path import flown_lines
 
-    path = flown_path(a.flight.motion, straight_m=straight_m, with_heights=True)
+    path = a.path.cut(a.flight.motion, straight_m)
     legs = np.flatnonzero(~_is_vertical_at_ground(a)[path.segment])
     if not len(legs):
         return None

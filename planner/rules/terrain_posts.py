@@ -132,7 +132,7 @@ def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> Fli
     That changes evenly from item to item; on circles and returns it stays.  ``None`` where they climb and
     hover alone.
     """
-    from planner.flight.path import FlightLines, flown_lines, flown_path
+    from planner.flight.path import FlightLines, flown_lines
 
     stages = a.route.stages
     place_m = stage_ends_m(a)
@@ -140,7 +140,7 @@ def _followed_lines(a: Assessment, terrain: TerrainGrid, rows: list[int]) -> Fli
     followed_above_m = place_m[:, 2] - least_followed_m(a, terrain, place_m)
     above_m = np.where(follows, known_above_m(a, place_m), followed_above_m)
     ends, return_m = returns_from_ends_m(a, terrain)
-    path = flown_path(a.flight.motion, straight_m=STRAIGHT_M)
+    path = a.path.cut(a.flight.motion, STRAIGHT_M)
     of_stage: IntArray = a.returns.segment_stage[path.segment]
     found = []
     for row in rows:

@@ -339,9 +339,7 @@ def _is_beside_ground(a: Assessment, item: int, within_m: float) -> bool:
         return False
     import shapely
 
-    from planner.flight.path import flown_path
-
-    path = flown_path(a.flight.motion, with_heights=True)
+    path = a.path
     rows = np.flatnonzero((path.item == item) & path.is_circle)
     if not len(rows):
         return False
@@ -368,11 +366,10 @@ def _is_at_the_limit(a: Assessment, item: int, within_m: float) -> bool:
     profile = a.setup.profile
     if profile is None or profile.max_distance_m is None:
         return False
-    from planner.flight.path import flown_path
     from planner.rules.site import path_distances_m
 
-    path = flown_path(a.flight.motion)
-    away_m = path_distances_m(a, profile, path)[1:][(path.item == item) & path.is_circle]
+    is_there = (a.path.item == item) & a.path.is_circle
+    away_m = path_distances_m(a, profile)[1:][is_there]
     return float(away_m.max(initial=0.0)) + within_m > profile.max_distance_m
 
 

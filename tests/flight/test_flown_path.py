@@ -11,12 +11,15 @@ import shapely
 from fenced_missions import at, motion_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import rtl, speed, takeoff
+from made_missions import mission, rtl, speed, takeoff
 
 from planner.autopilot import Autopilot
 from planner.flight.path import PATH_TOLERANCE_M, FlownPath, flown_path
+from planner.flight.pilot import make_pilot
+from planner.mission.route.route import make_route
 from planner.service.preflight import check_file
 from planner.setup import Setup
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -71,7 +74,38 @@ def test_a_circle_is_divided_until_its_chords_are_near_it() -> None:
 def test_straight_flight_takes_no_more_pieces_than_its_motion() -> None:
     motion = motion_of(Autopilot.ARDUPILOT, takeoff(20), at(0, 3000), rtl())
     assert len(flown_path(motion).item) == len(motion.piece_segment)
-    assert flown_path(motion, straight_m=100.0).length_m.max() <= 100.0 + 1e-6
+
+
+def test_a_path_that_is_cut_is_the_same_and_passes_where_the_motion_does() -> None:
+    motion = motion_of(Autopilot.ARDUPILOT, takeoff(20), at(0, 3000), at(0, 3000, 140.0), rtl())
+    whole = flown_path(motion)
+    cut = whole.cut(motion, 100.0)
+    assert cut.length_m.max() <= 100.0 + 1e-6
+    assert np.abs(np.diff(cut.height_m)).max() <= 100.0 + 1e-6
+    assert cut.length_m.sum() == pytest.approx(whole.length_m.sum(), abs=1e-6)
+    assert set(whole.time_s.tolist()) < set(cut.time_s.tolist())
+    assert np.all(np.diff(cut.time_s) > 0.0)
+    then = motion.state_at_time(cut.time_s)
+    assert cut.east_m_s == pytest.approx(then.east_m_s, abs=1e-9)
+    assert cut.north_m == pytest.approx(then.north_m, abs=1e-9)
+    assert np.unique(cut.item).tolist() == np.unique(whole.item).tolist()
+    assert whole.cut(motion, 1e6) is whole
+
+
+def test_a_climb_that_answers_a_step_turns_where_the_answer_does() -> None:
+    vehicle = load_vehicle("falkowski-2023-quadrotor")
+    assert vehicle.responses.altitude is not None
+    swings = replace(vehicle.responses.altitude, denominator=(1.0, 0.07, 0.03071))
+    swinging = replace(vehicle, responses=replace(vehicle.responses, altitude=swings))
+    motion = make_pilot(Setup(swinging), None).fly(
+        make_route(mission(takeoff(20), at(0, 100), rtl()))
+    )[0]
+    path = flown_path(motion)
+    # Damped by ζ = 0.07 / (2 √0.03071) = 0.1997: it swings over by exp(−π ζ / √(1 − ζ²)) = 0.5271 of 20 m.
+    assert path.height_m.max() == pytest.approx(20.0 * 1.5271, abs=1e-3)
+    # Three pieces, the swings over and back half a period of 18.3 s apart, and no points between.
+    climb = np.flatnonzero(path.item == 1)
+    assert len(climb) <= 3 + path.time_s[climb[-1] + 1] / (0.5 * 18.3)
 
 
 @pytest.mark.parametrize("autopilot", list(Autopilot))

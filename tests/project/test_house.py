@@ -52,6 +52,18 @@ def test_no_function_takes_more_than_eight_parameters(trees: dict[Path, ast.Modu
     assert heaps == []
 
 
+def test_every_rule_takes_the_path_from_the_assessment(trees: dict[Path, ast.Module]) -> None:
+    made = [
+        str(path)
+        for path, tree in trees.items()
+        if path.parts[0] == "rules"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and ast.unparse(node.func).rpartition(".")[2] in {"flown_path", "FlownPath"}
+    ]
+    assert made == ["rules/assessment.py"]
+
+
 def test_the_body_of_a_command_fits_a_screen(trees: dict[Path, ast.Module]) -> None:
     long = []
     for name, node in _functions(trees):
