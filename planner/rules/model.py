@@ -460,7 +460,7 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
             CONDITION_NOT_MODELLED,
             f"payload of {quantity.mass(payload_kg)} not counted: this model has no mass term",
             severity=Severity.ERROR,
-            fix="use a model with a mass, or allow for the payload in --reserve and ignore E108",
+            fix="use a model with a mass (mavjoule vehicle new --mass): it counts the payload",
         )
     if given.temperature_c is not None and not vehicle.knows_air_density:
         temperature = quantity.temperature(mean_of(given.temperature_c))
