@@ -89,15 +89,15 @@ class FlownPath(Value, eq=False):
         """Length of each leg. (n,) [m]"""
         return np.hypot(np.diff(self.east_m), np.diff(self.north_m))
 
-    def cut(self, motion: Motion, longest_m: float) -> FlownPath:
+    def cut(self, motion: Motion, longest_m: float | FloatArray) -> FlownPath:
         """Return the same path, its legs in equal parts of time that at one speed are no longer than asked.
 
         Parameters
         ----------
         motion : Motion
             That it is the path of.
-        longest_m : float
-            Of what is bent where it is long, climbs and descents as well. [m]
+        longest_m : float or ndarray
+            Of all legs, or of each, (n,): climbs and descents as well. [m]
         """
         leg_m = lengths(np.diff((self.east_m, self.north_m, self.height_m)).T)
         parts = np.maximum(np.ceil(leg_m / longest_m), 1.0).astype(np.intp)

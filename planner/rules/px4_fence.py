@@ -32,6 +32,8 @@ _AT_REST_M_S = 0.2
 """Slower than this the velocity measured points anywhere. [m s⁻¹]"""
 _HEIGHT_MARGIN_M = 2.0
 """So near to the limit a height may be off: PX4 was recorded up to 1.6 m above commanded heights. [m]"""
+_CLIMBED_M = 0.25
+"""So often an upright climb is looked at: one line of the path may be all of it. [m]"""
 _DOES = {2: "holds there", 3: "returns", 4: "cuts its motors", 5: "lands there"}
 """What GF_ACTION makes of a breach; those below only warn."""
 _LEAST_ACTION, _RETURNS = min(_DOES), 3
@@ -135,11 +137,13 @@ def _predicted_above(
     a: Assessment, parameters: Px4Parameters, ceiling_m: float
 ) -> Iterator[Finding]:
     """Yield the first place from which the height predicted is above the ceiling."""
-    returns, path = a.returns, a.path
+    returns, motion = a.returns, a.flight.motion
+    is_upright = a.path.length_m < PATH_TOLERANCE_M
+    path = a.path.cut(motion, np.where(is_upright, _CLIMBED_M, np.inf))
     segment = np.append(path.segment, path.segment[-1])
     places = returns.destinations
     datum_m = places.home_datum_m[places.home_of(returns.segment_stage[segment])]
-    climb_m_s = a.flight.motion.state_at_time(path.time_s).climb_m_s
+    climb_m_s = motion.state_at_time(path.time_s).climb_m_s
     up, down = parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2
     reach_m = predicted_m(
         np.maximum(climb_m_s, 0.0),

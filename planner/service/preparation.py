@@ -115,7 +115,8 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             late_s=lambda motion: late_segments_s(motion, vehicle, setup.wind, shown_m_s),
         )
         route = route_with_queue(mission, laid_home, flights)
-    is_copter = setup.flown_by is Autopilot.ARDUPILOT and _is_of_copter(setup)
+    is_ardupilot = target is not None and target.autopilot is Autopilot.ARDUPILOT
+    is_copter = is_ardupilot and _is_of_copter(setup)
     found += [
         replace(one, severity=Severity.WARNING)
         if is_copter and one.code == OTHER_VEHICLE.code and one.severity is Severity.ERROR

@@ -130,7 +130,7 @@ def test_zero_latitude_and_longitude_mean_here_and_not_so_to_px4() -> None:
 @pytest.mark.parametrize(
     ("command", "else_told"),
     [
-        *((command, [Severity.WARNING]) for command in (16, 17, 19, 21)),
+        *((command, [Severity.ERROR]) for command in (16, 17, 19, 21)),
         (179, []),  # T102: with a height it is no "here"
         (22, [Severity.INFO]),  # texts of Mission Planner have every take-off there
     ],
@@ -148,6 +148,18 @@ def test_a_place_at_zero_zero_is_an_error_where_px4_flies_there(
     assert severities[PX4] == [Severity.ERROR]
     assert severities[ARDUPILOT] == []
     assert severities[None] == else_told
+
+
+@pytest.mark.parametrize("command", [16, 21])
+def test_what_only_ardupilot_may_fly_is_read_as_it_does(command: int) -> None:
+    # PX4 refuses the upload of a return in frame 3: 0°, 0° is "here", and altitude 0 is "as before".
+    odd = item(command, 0.0, 20.0, longitude_deg=0.0)
+    home = replace(item(20, frame=3), param4=0.0)
+    found = route(takeoff(20), waypoint(50, 20), odd, waypoint(100, 0.0), home).findings
+    told = {f.code: f for f in found if f.code in {"M110", "A111"}}
+    assert {code: f.severity for code, f in told.items()} == dict.fromkeys(told, Severity.WARNING)
+    assert "A111" in told or command == 21
+    assert not any("name who flies it" in f.message for f in told.values())
 
 
 def test_ardupilot_takes_off_where_it_stands_px4_flies_to_the_takeoffs_place() -> None:
@@ -1039,10 +1051,10 @@ def test_an_unknown_altitude_of_home_is_taken_from_the_terrain() -> None:
     assert codes(found) == []
 
 
-@pytest.mark.parametrize("dialect", [PX4, ARDUPILOT])
+@pytest.mark.parametrize("dialect", [PX4, ARDUPILOT, None])
 @pytest.mark.parametrize(("command", "is_told"), [(16, True), (21, True), (19, True), (22, False)])
 def test_what_is_no_place_is_here_to_neither_autopilot(
-    dialect: Autopilot,
+    dialect: Autopilot | None,
     command: int,
     is_told: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
@@ -1055,7 +1067,7 @@ def test_what_is_no_place_is_here_to_neither_autopilot(
 def test_a_waypoint_without_position_is_said_and_taken_as_here() -> None:
     found = route(takeoff(20), item(16, None, 20.0), rtl())
     assert codes(found) == ["M110"]
-    assert found.findings[0].severity is Severity.WARNING
+    assert found.findings[0].severity is Severity.ERROR
     assert found.stages[1].north_m == pytest.approx(0.0, abs=1e-9)
 
 

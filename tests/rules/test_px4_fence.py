@@ -107,6 +107,19 @@ def test_a_return_of_the_mission_need_not_be_told_to_return(action: int, fires: 
     assert ("F116" in told) is fires
 
 
+@pytest.mark.parametrize(("ceiling_m", "fires"), [(50.0, True), (54.0, False)])
+def test_a_climb_that_answers_a_step_is_looked_at_on_its_way(ceiling_m: float, fires: bool) -> None:  # noqa: FBT001
+    # At its top it is at rest; 0.7 m below it still climbs at 0.8 m/s and looks 14 m up, and 2 m are kept.
+    told = findings_of(
+        (takeoff(36.8), at(0, 100, 36.8), rtl()),
+        autopilot=Autopilot.STEP,
+        parameters=f"{PREDICTS}MPC_JERK_AUTO,2\nGF_MAX_VER_DIST,{ceiling_m}\n",
+        position_error_m=0.0,
+        position_noise_m=0.0,
+    )
+    assert ("F116" in told) is fires
+
+
 @pytest.mark.parametrize(("ceiling_m", "fires"), [(43.8, True), (44.3, False)])
 def test_height_predicted_has_to_be_below_the_limit(ceiling_m: float, fires: bool) -> None:  # noqa: FBT001
     # It brakes from 3 m/s 7.1 m before 38 m (228 m²/s² over 32 m/s²), looks 10.98 m up, and 2 m are kept.

@@ -371,6 +371,13 @@ def on_the_line(case: Case, share: float) -> Case:
     return _beside_a_line(case, 0.5 * share)
 
 
+def beside_a_zone(case: Case, share: float) -> Case:
+    """The same, of ground that is kept out of."""
+    case = _beside_a_line(case, 0.0)
+    zone = box(150.0 + 0.5 * share, -400.0, 400.0, 400.0, inclusion=False)
+    return replace(case, fence=Fence(polygons=(zone,)))
+
+
 def far_from_the_line(case: Case, share: float) -> Case:
     return _beside_a_line(case, 60.0 + share)
 
@@ -395,6 +402,20 @@ def too_low_a_take_off(case: Case, share: float) -> Case:
     low = replace(case.items[0], altitude_m=0.5 + 10.0 * share)
     return replace(
         case, items=(low, *case.items[1:]), parameters=case.parameters + "NAV_ACC_RAD,10\n"
+    )
+
+
+def too_low_for_px4(case: Case, share: float) -> Case:
+    """Of nobody's mission: within 2 m + 1 m, as PX4 is delivered."""
+    low = replace(case.items[0], altitude_m=0.5 + 2.4 * share)
+    return replace(case, items=(low, *case.items[1:]))
+
+
+def by_the_gulf_of_guinea(case: Case, share: float) -> Case:  # noqa: ARG001 - of one form with faults
+    """What means "here" to ArduPilot alone."""
+    first, place, *rest = case.items
+    return replace(
+        case, items=(first, place, replace(place, latitude_deg=0.0, longitude_deg=0.0), *rest)
     )
 
 
@@ -469,10 +490,13 @@ CLASSES = (
     WrongGo(13, ended_by_the_clock, (PX4, STEP), "E103", home_before_the_clock),
     WrongGo(13, too_wrong_a_position, (PX4, STEP), "T114", a_position_as_right_as_asked),
     WrongGo(14, on_the_line, ALL, "F101 F102", far_from_the_line),
+    WrongGo(14, beside_a_zone, ALL, "F101 F102", far_from_the_line),
     WrongGo(15, without_take_off, (ARDUPILOT, STEP), "M101"),
     WrongGo(15, take_off_second, ALL, "M101"),
     WrongGo(15, crowded, ALL, "M126"),
     WrongGo(15, too_low_a_take_off, (PX4, STEP), "M128"),
+    WrongGo(15, too_low_for_px4, (STEP,), "M128", words="name who flies it"),
+    WrongGo(15, by_the_gulf_of_guinea, (PX4, STEP), "M110"),
     WrongGo(15, over_terrain_unknown, (ARDUPILOT,), "A118"),
     WrongGo(16, far_beyond_chemistry, ALL, "E110"),
     WrongGo(17, at_the_margin_in_wind, (STEP,), "E101 E102 E108"),
@@ -541,6 +565,13 @@ def delayed(case: Case, share: float) -> Case:
     return replace(case, items=(first, *waits, *ways, last), parameters=rows)
 
 
+def slowed_too_late(case: Case, share: float) -> Case:
+    """A slow speed held back until the waypoint behind it is reached, and dropped there."""
+    first, *ways, last = case.items
+    late = (item(112, frame=2, params=(500.0 + 500.0 * share, 0.0, 0.0, 0.0)), speed(0.5))
+    return replace(case, items=(first, *late, *ways, last))
+
+
 def fence_switched_off(case: Case, share: float) -> Case:
     """A fence that most of the way is beyond, and that is on as it arms."""
     case = _switched(case, share, 0.0)
@@ -554,15 +585,18 @@ def battery_not_measured(case: Case, share: float) -> Case:
 
 
 def in_an_ordinary_breeze(case: Case, share: float) -> Case:
-    """As much as 6 % beyond the airspeed that was flown, against the wind."""
+    """3.5 to 6 % beyond the airspeed that was flown, on the way north."""
     most_m_s = MOST_AIRSPEED_M_S[case.by]
-    wind_m_s = (1.0 + 0.06 * share) * most_m_s - 0.63 * most_m_s
+    wind_m_s = (1.035 + 0.025 * share) * most_m_s - 0.63 * most_m_s
     speeds = {
         PX4: f"MPC_XY_CRUISE,{0.63 * most_m_s:.2f}\n",
         ARDUPILOT: f"WPNAV_SPEED,{63.0 * most_m_s:.0f}\n",
     }
-    wind = Wind(speed_m_s=wind_m_s, from_deg=360.0 * share)
-    return replace(case, parameters=speeds[case.by]).with_given(wind=wind)
+    first, *_, last = case.items
+    north = at(0.0, 200.0 + 100.0 * share, first.altitude_m or 0.0)
+    wind = Wind(speed_m_s=wind_m_s, from_deg=0.0)
+    flown = replace(case, items=(first, north, last), parameters=speeds[case.by])
+    return flown.with_given(wind=wind)
 
 
 def with_a_pitch(case: Case, share: float) -> Case:
@@ -580,6 +614,7 @@ def with_parameters_of_no_matter(case: Case, share: float) -> Case:
 HARMLESS = (
     (delivered, (ARDUPILOT,)),
     (delayed, (ARDUPILOT, STEP)),
+    (slowed_too_late, (ARDUPILOT,)),
     (fence_switched_off, (ARDUPILOT, STEP)),
     (battery_not_measured, (ARDUPILOT, STEP)),
     (in_an_ordinary_breeze, BOTH),

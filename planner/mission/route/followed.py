@@ -218,7 +218,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         if first is None:
             return
         if self.waiting or self._commanded() != first:
-            is_known = self.dialect is Autopilot.ARDUPILOT
+            is_known = self.flies_as_ardupilot
             self.remark(
                 HELD_BACK,
                 f"{command_name(item.command)} is over as it begins: ArduPilot drops the DO_ items before it "

@@ -24,6 +24,7 @@ from planner.mission.commands import (
     frame_name,
     is_destination,
 )
+from planner.mission.takers import NAME_IT
 from planner.values import field
 
 if TYPE_CHECKING:
@@ -145,8 +146,9 @@ ZERO_POSITION = Rule(
     "place of any number, MavlinkMissionManager::parse_mavlink_mission_item; programs send 0 for none).  On "
     "ArduPilot 0°, 0° is 'here' (ModeAuto::do_land and its like); it is an error where no number is given: "
     "what is sent then is no latitude and the upload is refused (AP_Mission::mavlink_int_to_mission_cmd, "
-    "check_lat), or is what the program that sends it makes of it.  Where nobody says who flies it is a "
-    "warning, of a take-off a note: texts of Mission Planner have every take-off there.",
+    "check_lat), or is what the program that sends it makes of it.  Where nothing names the autopilot 0°, 0° "
+    "is an error unless PX4 refuses the upload; of a take-off a note: texts of Mission Planner have every "
+    "take-off there.",
     fix="give the item the place it should be flown to",
     instead="a mission whose items have their places",
 )
@@ -196,13 +198,22 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
     remarks: Remarks = field(default_factory=Remarks)
     amsl_items: list[int] = field(default_factory=list)
 
+    @property
+    def flies_as_ardupilot(self) -> bool:
+        """Whether none but ArduPilot may fly."""
+        return self.may_fly == {Autopilot.ARDUPILOT}
+
+    def unless_named(self, message: str) -> str:
+        """Return what one autopilot does, and what to do where the other one may be meant."""
+        return f"{message}; {NAME_IT}" if len(self.may_fly) > 1 else message
+
     def move_to(self, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
         if self.has_place(item):
             self.latitude_deg = item.latitude_deg or 0.0
             self.longitude_deg = item.longitude_deg or 0.0
         elif item.latitude_deg is None or item.longitude_deg is None:
-            does = _WITHOUT_PLACE.get(self.dialect) if self.dialect is not None else None
+            does = ", ".join(does for by, does in _WITHOUT_PLACE.items() if by in self.may_fly)
             # A take-off goes up where it stands; what PX4 makes of its place then nobody has tried here.
             if item.command in _GOING or (does and item.command not in TAKEOFFS):
                 said = f"{does}; " if does else ""
@@ -221,10 +232,12 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
         if self.dialect is not Autopilot.ARDUPILOT:
             name = command_name(item.command)
             message = f"{name} at 0°, 0°: PX4 flies to that place; predicted as 'here'"
-            severity = Severity.INFO if item.command in TAKEOFFS else None
-            if self.dialect is Autopilot.PX4:
+            severity = None
+            if self.dialect is None and item.command in TAKEOFFS:
+                severity = Severity.INFO
+            elif Autopilot.PX4 in self.may_fly:
                 # It flies there, or returns there, and has no energy for it: the totals are not its flight.
-                severity = Severity.ERROR
+                message, severity = self.unless_named(message), Severity.ERROR
             self.remark(ZERO_POSITION, message, severity=severity)
         return False
 

@@ -507,7 +507,7 @@ ITEMS_NOT_FLOWN = Rule(
     "it stays armed (Commander::handleAutoDisarm) and the next place is within 2 m of where it stands.  An "
     "error where a take-off is among those left out: a vehicle that is started again flies what is not "
     "counted; a landing more than 50 m from home is the end, and other places or a return follow: it stays "
-    "where it landed (PX4 #20044; a warning where the autopilot is not known); and on PX4 where the next "
+    "where it landed (PX4 #20044; a warning of another maker's file); and on PX4 where the next "
     "place is elsewhere: it flies there at a slant from the ground, without climbing first "
     "(MissionBase::checkClimbRequired; tried).",
     fix="move the items before the landing, or delete them; to land and take off again, let a NAV_TAKEOFF "
@@ -607,7 +607,9 @@ def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
         return [NOTHING_TO_FLY.finding(f"no flight in {items}")]
     findings: list[Finding] = []
     first = state.stages[0]
-    refused = [*_takeoffs_refused(mission, state)] if Autopilot.PX4 in state.may_fly else []
+    refused = []
+    if Autopilot.PX4 in state.may_fly:
+        refused = [*_takeoffs_refused(mission, state, is_started=first.kind is StageKind.TAKEOFF)]
     if first.kind is not StageKind.TAKEOFF:
         item = mission.items[first.item - 1]
         height_m = max(first.height_m, 0.0)
@@ -628,17 +630,23 @@ def _boundaries(mission: Mission, state: FollowedMission) -> list[Finding]:
     return [*findings, *refused]
 
 
-def _takeoffs_refused(mission: Mission, state: FollowedMission) -> Iterator[Finding]:
-    """Yield the first take-off behind something that PX4 counts as a place, another take-off too."""
+def _takeoffs_refused(
+    mission: Mission, state: FollowedMission, *, is_started: bool
+) -> Iterator[Finding]:
+    """Yield the first take-off behind something that PX4 counts as a place, another take-off too.
+
+    If ArduPilot has not started the mission either, no name helps.
+    """
     place: int | None = None
     for number, item in enumerate(mission.items, start=1):
         if place is not None and item.command in TAKEOFFS:
             before = command_name(mission.items[place - 1].command)
+            message = (
+                f"take-off behind {before} of item {place}: PX4 refuses a mission with a take-off that is "
+                "not its first place"
+            )
             yield TAKEOFF_MISSING.finding(
-                state.unless_named(
-                    f"take-off behind {before} of item {place}: PX4 refuses a mission with a take-off that "
-                    "is not its first place"
-                ),
+                state.unless_named(message) if is_started else message,
                 item=number,
                 place=item.place,
                 severity=Severity.ERROR,

@@ -42,7 +42,7 @@ ZERO_ALTITUDE = Rule(
     why="To ArduPilot 0 means 'as before', in any frame; PX4 flies to the level of home or of the "
     "sea.  The same file means two flights.",
     how="The altitude of an item in the air is 0, and it is not flown as ArduPilot would.  An error where "
-    "the autopilot is unknown: it may fly into the ground.",
+    "nothing names the autopilot, unless PX4 refuses the upload: it may fly into the ground.",
     fix="write the altitude that is meant",
 )
 
@@ -270,10 +270,6 @@ class MissionState(Position, kw_only=True, eq=False):
             asked = item.param1
         return (asked or 0.0) > 0.0
 
-    def unless_named(self, message: str) -> str:
-        """Return what one autopilot does, and what to do where the other one may be meant."""
-        return f"{message}; {NAME_IT}" if len(self.may_fly) > 1 else message
-
     @property
     def in_air(self) -> bool:
         """Whether the vehicle has taken off, and has not landed."""
@@ -332,6 +328,9 @@ class MissionState(Position, kw_only=True, eq=False):
         if self.dialect is Autopilot.PX4:
             self.remark(ZERO_ALTITUDE, message)
             return self.datum_m
-        message += f", as predicted; {NAME_IT}"
-        self.remark(ZERO_ALTITUDE, message, severity=Severity.ERROR)
+        if self.flies_as_ardupilot:
+            self.remark(ZERO_ALTITUDE, f"{message}, as predicted")
+        else:
+            message += f", as predicted; {NAME_IT}"
+            self.remark(ZERO_ALTITUDE, message, severity=Severity.ERROR)
         return self.height_m
