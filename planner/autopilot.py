@@ -29,6 +29,8 @@ class Target(Value, kw_only=False):
     autopilot: Autopilot
     version: tuple[int, int] | None = None
     """Major and minor version; ``None`` where it is not known."""
+    is_assumed: bool = False
+    """Whether it is only what the vehicle's model assumes: nobody named it."""
 
     @property
     def label(self) -> str:

@@ -90,7 +90,9 @@ class Assessment(Value, eq=False, dict=True):
     @cached_property
     def may_fly(self) -> frozenset[Autopilot]:
         """Which of the two autopilots may fly the mission: those that take its upload, if none is named."""
-        return may_fly(self.mission, None if self.target is None else self.target.autopilot)
+        target = self.target
+        is_named = target is not None and not target.is_assumed
+        return may_fly(self.mission, target.autopilot if target is not None and is_named else None)
 
     @cached_property
     def path(self) -> FlownPath:

@@ -122,9 +122,12 @@ def _refused_by_one(a: Assessment) -> Iterator[Finding]:
 
     It may be the one: the other one's verdict is nobody's until it is named.
     """
-    if a.target is not None or a.mission.file_format is MissionFormat.FOREIGN:
+    target = a.target
+    is_named = target is not None and not target.is_assumed
+    if is_named or a.mission.file_format is MissionFormat.FOREIGN:
         return
-    for autopilot in BOTH:
+    others = (one for one in BOTH if target is None or one is not target.autopilot)
+    for autopilot in others:
         if a.may_fly and autopilot not in a.may_fly:
             continue
         flown = replace(a, target=Target(autopilot=autopilot))

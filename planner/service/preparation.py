@@ -85,6 +85,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         route = make_route(
             mission,
             dialect=None if target is None else target.autopilot,
+            is_assumed=target is not None and target.is_assumed,
             home_amsl_m=setup.home_amsl_m,
             terrain=setup.terrain,
             firings=firings,
@@ -260,4 +261,9 @@ def _target(mission: Mission, setup: Setup) -> Target | None:
     if autopilot is None or autopilot is Autopilot.STEP:
         return None
     is_known = given is not None and given.stack is autopilot
-    return Target(autopilot, given.version if given is not None and is_known else None)
+    is_named = is_known or mission.autopilot is autopilot or setup.autopilot is not None
+    return Target(
+        autopilot,
+        given.version if given is not None and is_known else None,
+        is_assumed=setup.vehicle.reference_assumed and not is_named,
+    )

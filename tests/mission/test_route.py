@@ -156,10 +156,7 @@ def test_what_only_ardupilot_may_fly_is_read_as_it_does(command: int) -> None:
     odd = item(command, 0.0, 20.0, longitude_deg=0.0)
     home = replace(item(20, frame=3), param4=0.0)
     found = route(takeoff(20), waypoint(50, 20), odd, waypoint(100, 0.0), home).findings
-    told = {f.code: f for f in found if f.code in {"M110", "A111"}}
-    assert {code: f.severity for code, f in told.items()} == dict.fromkeys(told, Severity.WARNING)
-    assert "A111" in told or command == 21
-    assert not any("name who flies it" in f.message for f in told.values())
+    assert not {"M110", "A111"} & {f.code for f in found}
 
 
 def test_ardupilot_takes_off_where_it_stands_px4_flies_to_the_takeoffs_place() -> None:
@@ -905,8 +902,9 @@ def test_autocontinue_off_stops_px4_for_ever_and_not_ardupilot() -> None:
     [unknown] = [f for f in route(takeoff(20), held, rtl()).findings if f.code == "T108"]
     assert unknown.severity is Severity.ERROR
     turns = replace(item(18, north(9), 20.0, params=(1.0, 0.0, 9.0, 0.0)), autocontinue=False)
-    [unknown] = [f for f in route(takeoff(20), turns, rtl()).findings if f.code == "T108"]
-    assert unknown.severity is Severity.WARNING  # PX4 refuses circles: ArduPilot flies it
+    assert "T108" not in codes(
+        route(takeoff(20), turns, rtl())
+    )  # PX4 refuses circles: ArduPilot flies it
 
 
 def test_after_the_end_there_is_nothing_for_px4_to_continue_to() -> None:

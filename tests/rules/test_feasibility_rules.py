@@ -495,6 +495,41 @@ def test_px4_takes_no_take_off_behind_what_it_counts_as_a_place(command: int, go
 
 
 @pytest.mark.parametrize(
+    ("code", "made", "assumed", "other"),
+    [
+        ("M101", mission(waypoint(50, 20), rtl()), Autopilot.PX4, Autopilot.ARDUPILOT),
+        ("M101", mission(*_PLACES, takeoff(30), rtl()), Autopilot.ARDUPILOT, Autopilot.PX4),
+        ("M105", mission(*_PLACES, _WAIT, rtl()), Autopilot.ARDUPILOT, Autopilot.PX4),
+        (
+            "M128",
+            mission(takeoff(2.9), waypoint(100, 20), rtl()),
+            Autopilot.ARDUPILOT,
+            Autopilot.PX4,
+        ),
+        (
+            "M110",
+            mission(*_PLACES, item(16, 0.0, 20.0, longitude_deg=0.0), rtl()),
+            Autopilot.ARDUPILOT,
+            Autopilot.PX4,
+        ),
+    ],
+)
+def test_an_autopilot_that_the_model_only_assumes_is_not_named(
+    code: str, made: Mission, assumed: Autopilot, other: Autopilot
+) -> None:
+    def errors(one: Mission, *, is_assumed: bool) -> list[str]:
+        vehicle = replace(OF[assumed], reference_assumed=is_assumed)
+        found = check(one, vehicle, battery=Battery(capacity_wh=170.0)).findings
+        return [f.message for f in found if f.code == code and f.severity is Severity.ERROR]
+
+    assert errors(made, is_assumed=False) == []
+    [message] = errors(made, is_assumed=True)
+    assert message.endswith("; name who flies it (--target, --params)")
+    for by, count in ((assumed, 0), (other, 1)):
+        assert len(errors(replace(made, autopilot=by), is_assumed=True)) == count
+
+
+@pytest.mark.parametrize(
     ("height_m", "version", "refuses"),
     [
         (2.9, None, True),

@@ -132,7 +132,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
             self.queued += 1
         # After a landing at the end, and a return, there is nothing to continue to.
         ends = self.is_over and (is_last or item.command == Command.NAV_RETURN_TO_LAUNCH)
-        if not (item.autocontinue or ends or self.dialect is Autopilot.ARDUPILOT):
+        if not (item.autocontinue or ends or self.flies_as_ardupilot):
             other = "" if self.dialect is Autopilot.PX4 else ", ArduPilot continues"
             message = self.unless_named(
                 f"autoContinue is off: PX4 holds here{other}; predicted without the wait"

@@ -116,7 +116,7 @@ def _remark_late_return(state: MissionState) -> None:
         one.command is Command.DO_SET_HOME and not one.conditions and _is_elsewhere(state, item)
         for one, item in state.waiting
     )
-    is_open = state.dialect is None and not state.flies_as_ardupilot
+    is_open = state.dialect is not Autopilot.PX4 and not state.flies_as_ardupilot
     if is_open and (is_late or leads_elsewhere):
         does = "leads to the home before" if leads_elsewhere else "is flown at their speeds"
         state.remark(

@@ -200,8 +200,8 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
 
     @property
     def flies_as_ardupilot(self) -> bool:
-        """Whether none but ArduPilot may fly."""
-        return self.may_fly == {Autopilot.ARDUPILOT}
+        """Whether none but ArduPilot may fly, and nobody assumes PX4."""
+        return self.dialect is not Autopilot.PX4 and self.may_fly == {Autopilot.ARDUPILOT}
 
     def unless_named(self, message: str) -> str:
         """Return what one autopilot does, and what to do where the other one may be meant."""
@@ -221,7 +221,7 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
                 self.remark(ZERO_POSITION, message, severity=Severity.ERROR if does else None)
 
     def has_place(self, item: MissionItem) -> bool:
-        """Return whether an item names a place; 0°, 0° means 'here', reported but on ArduPilot."""
+        """Return whether an item names a place; 0°, 0° means 'here', reported unless only ArduPilot flies."""
         latitude, longitude = item.latitude_deg, item.longitude_deg
         if latitude is None or longitude is None:
             return False
@@ -229,11 +229,11 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
             self.refuse(item, f"{latitude:g}°, {longitude:g}°: not a place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True
-        if self.dialect is not Autopilot.ARDUPILOT:
+        if not self.flies_as_ardupilot:
             name = command_name(item.command)
             message = f"{name} at 0°, 0°: PX4 flies to that place; predicted as 'here'"
             severity = None
-            if self.dialect is None and item.command in TAKEOFFS:
+            if self.dialect is not Autopilot.PX4 and item.command in TAKEOFFS:
                 severity = Severity.INFO
             elif Autopilot.PX4 in self.may_fly:
                 # It flies there, or returns there, and has no energy for it: the totals are not its flight.

@@ -56,6 +56,7 @@ def make_route(
     mission: Mission,
     *,
     dialect: Autopilot | None = None,
+    is_assumed: bool = False,
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
     firings: Mapping[int, float] | None = None,
@@ -67,6 +68,8 @@ def make_route(
     ----------
     dialect : Autopilot, optional
         Whose reading of the items counts: of the vehicle that flies, else of the file's firmware.
+    is_assumed : bool, optional
+        Whether the vehicle's model only assumes it: nobody named it.
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
     terrain : TerrainGrid, optional
@@ -85,7 +88,8 @@ def make_route(
         If an item holds a number no vehicle can fly.
     """
     order = flown_order(mission.items, dialect, keeps_counts=habits.keeps_counts)
-    state, findings = _begin(mission, dialect, home_amsl_m, terrain)
+    named = None if is_assumed else dialect
+    state, findings = _begin(mission, dialect, home_amsl_m, terrain, named=named)
     state.firings = firings or {}
     continues_after = habits.continues_after
     if continues_after is None:
@@ -346,6 +350,8 @@ def _begin(
     dialect: Autopilot | None,
     home_amsl_m: float | None,
     terrain: TerrainGrid | None,
+    *,
+    named: Autopilot | None,
 ) -> tuple[FollowedMission, list[Finding]]:
     """Return the state at home, and what had to be assumed about home."""
     findings: list[Finding] = []
@@ -383,7 +389,7 @@ def _begin(
     state = FollowedMission(
         source=mission.source,
         dialect=dialect,
-        may_fly=may_fly(mission, dialect),
+        may_fly=may_fly(mission, named),
         start_deg=place,
         home_deg=place,
         home_amsl_m=amsl_m,

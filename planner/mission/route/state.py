@@ -93,8 +93,8 @@ WAITS_FOR_EVER = Rule(
     why="With autoContinue off PX4 holds at the item; ArduPilot continues.  At NAV_GUIDED_ENABLE "
     "ArduPilot waits for a companion computer.",
     how="An item with autoContinue off is reached in flown order on PX4, but a return and a landing at the "
-    "end, or NAV_GUIDED_ENABLE on ArduPilot.  Where nothing names the autopilot a warning if PX4 "
-    "refuses the upload.",
+    "end, or NAV_GUIDED_ENABLE on ArduPilot.  Where nothing names the autopilot an error unless "
+    "PX4 refuses the upload.",
     fix="set autoContinue, unless a pilot will continue the mission",
     instead="autoContinue, or a mission without NAV_GUIDED_ENABLE",
 )
@@ -316,7 +316,7 @@ class MissionState(Position, kw_only=True, eq=False):
         """
         is_as_before = item.altitude_m == 0.0 and item.command != Command.NAV_LOITER_TO_ALT
         if is_as_before and self.stages:
-            if self.dialect is Autopilot.ARDUPILOT:
+            if self.flies_as_ardupilot:
                 return self.height_m
             if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
                 return self._zero_height_m()
@@ -328,9 +328,6 @@ class MissionState(Position, kw_only=True, eq=False):
         if self.dialect is Autopilot.PX4:
             self.remark(ZERO_ALTITUDE, message)
             return self.datum_m
-        if self.flies_as_ardupilot:
-            self.remark(ZERO_ALTITUDE, f"{message}, as predicted")
-        else:
-            message += f", as predicted; {NAME_IT}"
-            self.remark(ZERO_ALTITUDE, message, severity=Severity.ERROR)
+        message += f", as predicted; {NAME_IT}"
+        self.remark(ZERO_ALTITUDE, message, severity=Severity.ERROR)
         return self.height_m
