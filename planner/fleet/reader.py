@@ -170,9 +170,8 @@ class _FleetReading(Reading):
             self.note(
                 f"conditions.{shown(key)}", f"is not a key of this file{nearest_hint(key, known)}"
             )
-        ignores: Any = conditions.pop(
-            FILE_IGNORES, ()
-        )  # which are met each mission tells, no vehicle
+        # Which are met each mission tells, no vehicle.
+        ignores: Any = conditions.pop(FILE_IGNORES, ())
         named = {part: self._named(document, part) for part in _NAMED}
         setups = {
             name: self._setup(one, {**conditions, **own}, f"vehicle.{shown(name)}")

@@ -49,6 +49,11 @@ def may_fly(mission: Mission, named: Autopilot | None) -> frozenset[Autopilot]:
     return frozenset(one for one in BOTH if _is_taken(mission, one))
 
 
+def unless_named(message: str, able: frozenset[Autopilot]) -> str:
+    """Return what one autopilot does, and what to do where another may be meant."""
+    return f"{message}; {NAME_IT}" if len(able) > 1 else message
+
+
 def _is_taken(mission: Mission, autopilot: Autopilot) -> bool:
     asked = {(item.command, item.frame) for item in mission.items}
     refusals = (support(command, autopilot, frame=frame) for command, frame in asked)

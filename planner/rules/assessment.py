@@ -87,12 +87,16 @@ class Assessment(Value, eq=False, dict=True):
         """When every item is reached, and the energy used by then."""
         return item_arrivals(self.mission, self.route, self.flight)
 
+    @property
+    def named(self) -> Autopilot | None:
+        """The autopilot that flies; ``None``: nobody named it, or the model only assumes it."""
+        target = self.target
+        return None if target is None or target.is_assumed else target.autopilot
+
     @cached_property
     def may_fly(self) -> frozenset[Autopilot]:
         """Which of the two autopilots may fly the mission: those that take its upload, if none is named."""
-        target = self.target
-        is_named = target is not None and not target.is_assumed
-        return may_fly(self.mission, target.autopilot if target is not None and is_named else None)
+        return may_fly(self.mission, self.named)
 
     @cached_property
     def path(self) -> FlownPath:

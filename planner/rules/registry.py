@@ -10,7 +10,7 @@ from planner import catalogue
 from planner.autopilot import Target
 from planner.findings import Finding, Rule, Severity
 from planner.mission.items import MissionFormat
-from planner.mission.takers import BOTH, NAME_IT
+from planner.mission.takers import BOTH, unless_named
 from planner.rules.declaration import (
     ARDUPILOT_TARGET,
     BUDGET,
@@ -122,20 +122,16 @@ def _refused_by_one(a: Assessment) -> Iterator[Finding]:
 
     It may be the one: the other one's verdict is nobody's until it is named.
     """
-    target = a.target
-    is_named = target is not None and not target.is_assumed
-    if is_named or a.mission.file_format is MissionFormat.FOREIGN:
+    if a.named is not None or a.mission.file_format is MissionFormat.FOREIGN:
         return
-    others = (one for one in BOTH if target is None or one is not target.autopilot)
-    for autopilot in others:
-        if a.may_fly and autopilot not in a.may_fly:
-            continue
+    judged = None if a.target is None else a.target.autopilot  # what the model assumes
+    able = a.may_fly or BOTH
+    for autopilot in (one for one in BOTH if one in able and one is not judged):
         flown = replace(a, target=Target(autopilot=autopilot))
         for check in _refusing(flown):
             for one in reported(flown, check(flown)):
                 if one.severity is Severity.ERROR:
-                    named = f"{one.message}; {NAME_IT}" if len(a.may_fly) > 1 else one.message
-                    yield replace(one, message=named)
+                    yield replace(one, message=unless_named(one.message, a.may_fly))
 
 
 def _refusing(a: Assessment) -> Iterator[Check]:

@@ -24,7 +24,7 @@ from planner.mission.commands import (
     frame_name,
     is_destination,
 )
-from planner.mission.takers import NAME_IT
+from planner.mission.takers import unless_named
 from planner.values import field
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ class Position(msgspec.Struct, kw_only=True, eq=False):
 
     def unless_named(self, message: str) -> str:
         """Return what one autopilot does, and what to do where the other one may be meant."""
-        return f"{message}; {NAME_IT}" if len(self.may_fly) > 1 else message
+        return unless_named(message, self.may_fly)
 
     def move_to(self, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
