@@ -252,9 +252,28 @@ def test_what_is_not_predicted_after_a_landing_is_not_left_out_in_silence(
     found = route(takeoff(20), LANDING, after, dialect=dialect)
     [finding] = [f for f in found.findings if f.code == "T104"]
     assert finding.severity is severity
-    assert ("at a slant" in finding.message) is (
-        dialect is Autopilot.PX4 and severity is Severity.ERROR
-    )
+    # A mission with a second take-off it refuses (M101).
+    is_flown = severity is Severity.ERROR and after != takeoff(20)
+    assert ("at a slant" in finding.message) is (dialect is Autopilot.PX4 and is_flown)
+
+
+@pytest.mark.parametrize(
+    ("before", "what"),
+    [
+        (LANDING, "fly what follows item 2 as a mission of its own"),
+        (rtl(), "fly what follows item 2 as a mission of its own"),
+        (waypoint(90, 20), "remove the take-off: PX4 climbs to the next item without it"),
+    ],
+)
+@pytest.mark.parametrize("dialect", [Autopilot.PX4, None])
+def test_two_findings_of_a_second_take_off_advise_the_same(
+    dialect: Autopilot | None, before: MissionItem, what: str
+) -> None:
+    found = route(takeoff(20), before, takeoff(20), waypoint(400, 20), rtl(), dialect=dialect)
+    told = {f.code: f for f in found.findings if f.code in {"M101", "T104"}}
+    assert (told["M101"].item, told["M101"].fix) == (3, what)
+    landed = told.get("T104")
+    assert landed is None or "PX4 flies on" not in landed.message
 
 
 @pytest.mark.parametrize(

@@ -294,6 +294,8 @@ _SAME_LEVEL_M = 0.5
 """Heights of home that differ by less are one. [m]"""
 _AT_HOME_M = 50.0
 """A landing within this is one at home: one walks there and fetches it. [m]"""
+_LANDS = LANDINGS | {Command.NAV_RETURN_TO_LAUNCH}
+"""Where a flight is over; a take-off after it begins another one."""
 _STRAIGHT_UP_M = 2.0
 """So far beside its landing place PX4 is sent straight up: NAV_ACC_RAD of multicopters, within which it
 is there already. [m]"""
@@ -534,7 +536,9 @@ def _left_out(
     missed = sorted(set(after) - set(reached))
     if Autopilot.PX4 in state.may_fly and state.stages[-1].kind is StageKind.LAND:
         going = (n for n in after if is_destination(mission.items[n - 1].command))
-        if (onward := next(going, None)) is not None:
+        onward = next(going, None)
+        # To a take-off it does not: it refuses the mission (M101).
+        if onward is not None and mission.items[onward - 1].command not in TAKEOFFS:
             message = state.unless_named(
                 "PX4 flies on from the landing at a slant from the ground, which is not predicted, and "
                 "refuses a second take-off: fly what follows as a mission of its own"
@@ -656,13 +660,22 @@ def _takeoffs_refused(
                 item=number,
                 place=item.place,
                 severity=Severity.ERROR,
-                fix="remove the take-off: PX4 climbs to the next item from a landing too"
-                if mission.items[place - 1].command in TAKEOFFS
-                else f"move the take-off before item {place}",
+                fix=_without_takeoff(mission, place, number),
             )
             return
         if place is None and not px4_takes_off_after(item.command):
             place = number
+
+
+def _without_takeoff(mission: Mission, place: int, takeoff: int) -> str:
+    """Return what to do about a take-off behind a place, by what is flown between them."""
+    if mission.items[place - 1].command not in TAKEOFFS:
+        return f"move the take-off before item {place}"
+    between = range(place, takeoff)
+    landed = [n for n in between if mission.items[n - 1].command in _LANDS]
+    if landed:
+        return f"fly what follows item {landed[-1]} as a mission of its own"
+    return "remove the take-off: PX4 climbs to the next item without it"
 
 
 HOME_ALTITUDE_UNKNOWN = Rule(
