@@ -51,3 +51,5 @@ TARGETS = {
     "arducopter-4.8": Target(Autopilot.ARDUPILOT, (4, 8)),
 }
 """The versions whose differences are known, by the names users give them."""
+TARGETS_SHOWN = ("px4-1.16", "arducopter-4.7")
+"""One of each autopilot, where there is no room for all."""

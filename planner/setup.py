@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from planner import quantity
-from planner.autopilot import TARGETS, Autopilot
+from planner.autopilot import TARGETS, TARGETS_SHOWN, Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.notation import (
@@ -347,7 +347,7 @@ class Setup(_Vehicle):
         Group.FLIGHT,
         "version of the firmware whose rules count",
         default=None,
-        metavar="px4-1.16|arducopter-4.7|…",
+        metavar="|".join((*TARGETS_SHOWN, "…")),
         unset="that of the parameter file",
         made_by="planner.Target(planner.Autopilot.PX4)",
     )

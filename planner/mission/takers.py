@@ -6,7 +6,7 @@ from functools import cache
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from planner.autopilot import Autopilot
+from planner.autopilot import TARGETS_SHOWN, Autopilot
 from planner.mission.commands import (
     NEEDS_ALTITUDE,
     ROIS_BY_MODE,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from planner.mission.items import Mission, MissionItem
 
-NAME_IT = "name who flies it (--target, --params)"
+NAME_IT = f"name who flies it (--target {' or '.join(TARGETS_SHOWN)}, or --params)"
 """What to do where the autopilots do not agree."""
 BOTH = (Autopilot.PX4, Autopilot.ARDUPILOT)
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {

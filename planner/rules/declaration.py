@@ -159,11 +159,13 @@ class Check(Value, kw_only=False, eq=False):
     refuses: bool = False
     """Whether its errors are that an autopilot does not fly the mission at all."""
 
-    def __call__(self, a: Assessment) -> Need[Any] | tuple[Found, ...]:
-        """Return what the rules find, or the first thing that is missing for them."""
+    def __call__(
+        self, a: Assessment, *, by: Assessment | None = None
+    ) -> Need[Any] | tuple[Found, ...]:
+        """Return what the rules find, or the first thing that is missing for them, of another ``by`` that."""
         given = []
         for need in self.needs:
-            if (value := need.of(a)) is None:
+            if (value := need.of(by or a)) is None:
                 return need
             given.append(value)
         try:

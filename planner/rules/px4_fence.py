@@ -15,6 +15,7 @@ from planner.geo.barrier import swept_areas
 from planner.mission.commands import RELATIVE_FRAMES, Command, command_name
 from planner.mission.route.stage import RETURN_STAGES
 from planner.rules.declaration import FENCE, PX4, Need, judges
+from planner.rules.fence import PATH_CROSSES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -226,6 +227,7 @@ def _waypoint_outside(
     # Of the homes, the one there is when the mission is sent.
     barriers = [one for one in flown.area.barriers if not flown.is_of_moved_home(one)]
     inside_m = [one.signed_distance_m(points_m) for one in barriers]
+    reached = {stage.item for stage in a.route.stages}
     for row, (number, item, _) in enumerate(placed):
         name = f"{command_name(item.command)}: PX4 refuses the mission: "
         for barrier, clear_m in zip(barriers, inside_m, strict=True):
@@ -235,6 +237,7 @@ def _waypoint_outside(
                     WAYPOINT_OUTSIDE,
                     f"{name}its place is {quantity.distance(out_m)} {side} {barrier.label}",
                     item=number,
+                    fix=PATH_CROSSES.fix if number in reached else None,
                 )
                 return
         height_m = _above_home_m(a, item)

@@ -28,7 +28,7 @@ from planner.rules.declaration import (
     Need,
     NotEvaluated,
 )
-from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
+from planner.rules.ledger import LedgerEntry, Outcome, ledger_entry, one_entry_each
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -114,30 +114,42 @@ def judge(
                 findings += reported(a, found)
             else:
                 entries += _check_entries(check, None)
-    return (*findings, *_refused_by_one(a)), one_entry_each(entries)
+    asked: list[LedgerEntry] = []
+    for check, found in _asked_of_others(a):
+        asked += _entries_of(check, found)
+        findings += _refusals(a, found, findings)
+    codes = {entry.code for entry in asked}
+    entries = [one for one in entries if one.outcome is Outcome.CHECKED or one.code not in codes]
+    return tuple(findings), one_entry_each(entries + asked)
 
 
-def _refused_by_one(a: Assessment) -> Iterator[Finding]:
-    """Yield for what a mission is refused by one autopilot that may fly it, where none is named.
-
-    It may be the one: the other one's verdict is nobody's until it is named.
-    """
+def _asked_of_others(a: Assessment) -> Iterator[tuple[Check, tuple[Found, ...]]]:
+    """Yield what is found of whether others fly a mission at all, where nobody is named and they may."""
     if a.named is not None or a.mission.file_format is MissionFormat.FOREIGN:
         return
     judged = None if a.target is None else a.target.autopilot  # what the model assumes
     able = a.may_fly or BOTH
     for autopilot in (one for one in BOTH if one in able and one is not judged):
         flown = replace(a, target=Target(autopilot=autopilot))
-        for check in _refusing(flown):
-            for one in reported(flown, check(flown)):
-                if one.severity is Severity.ERROR:
-                    yield replace(one, message=unless_named(one.message, a.may_fly))
+        for subject, needs in SUBJECTS.items():
+            if all(need.of(flown) is not None for need in needs):
+                for check in (one for one in checks_of(subject) if one.refuses):
+                    found = check(a, by=flown)
+                    if not isinstance(found, Need):
+                        yield check, found
 
 
-def _refusing(a: Assessment) -> Iterator[Check]:
-    for subject, needs in SUBJECTS.items():
-        if all(need.of(a) is not None for need in needs):
-            yield from (one for one in checks_of(subject) if one.refuses)
+def _refusals(
+    a: Assessment, found: tuple[Found, ...], findings: list[Finding]
+) -> Iterator[Finding]:
+    """Yield for what one autopilot refuses a mission, which may be the one that flies it.
+
+    What is an error already, whoever flies, and is mended the same way is not said again.
+    """
+    advised = {(one.item, one.fix) for one in findings if one.severity is Severity.ERROR}
+    for one in reported(a, found):
+        if one.severity is Severity.ERROR and (one.item, one.fix) not in advised:
+            yield replace(one, message=unless_named(one.message, a.may_fly))
 
 
 def is_asked(check: Check, selection: Selection) -> bool:

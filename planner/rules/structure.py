@@ -32,7 +32,7 @@ from planner.mission.route.stage import StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.mission.route.walk import ENDLESS
 from planner.mission.storage import stored_radius_m
-from planner.mission.takers import unset_value
+from planner.mission.takers import BOTH, unset_value
 from planner.rules.assessment import numbers
 from planner.rules.declaration import (
     ARDUPILOT,
@@ -565,7 +565,8 @@ TOO_MANY_ITEMS = Rule(
     "(StorageManager.cpp, 16 kB of storage; that of a vehicle on the line is read from it, 1306 in 32 kB; "
     "not with BRD_SD_MISSION above 0, which stores more on the card) and 2000 on PX4 "
     "(NUM_MISSIONS_SUPPORTED with an SD card; a warning above 500, what boards without one hold); where no "
-    "autopilot is known, against the 2000, or the 649 where PX4 refuses one of the items.",
+    "autopilot is known, against what those that take the upload hold: an error where neither holds them, a "
+    "warning where neither is sure to.",
     fix="split the mission (mavjoule split)",
     instead="a mission with fewer items",
 )
@@ -584,31 +585,26 @@ def ardupilot_items(storage_b: int | None) -> int:
     return (max(fitting, default=0) - _STORED_HEAD_B) // _STORED_ITEM_B
 
 
-@judges(TOO_MANY_ITEMS, needs=(TARGET,))
-def _too_many_items(a: Assessment, target: Target) -> Iterator[Finding]:
-    count, ardupilot = len(a.mission.items), ARDUPILOT.of(a)
-    severity = None
-    if target.autopilot is Autopilot.ARDUPILOT:
-        most = ardupilot_items(None if a.setup.parameters is None else a.setup.parameters.storage_b)
-        if count + 1 <= most or (ardupilot and ardupilot.mission_card_kb > 0):
-            return
-        held = f"{most - 1} beside home"
-    else:
-        if count <= _PX4_SMALL_ITEMS:
-            return
-        is_too_many = count > _PX4_ITEMS
-        severity = Severity.ERROR if is_too_many else Severity.WARNING
-        held = f"{_PX4_ITEMS}" if is_too_many else f"{_PX4_SMALL_ITEMS} without an SD card"
-    yield a.finding(
-        TOO_MANY_ITEMS, f"{count} items; {target.autopilot.label} holds {held}", severity=severity
-    )
-
-
 @judges(TOO_MANY_ITEMS)
-def _too_many_for_any(a: Assessment) -> Iterator[Finding]:
-    if a.target is not None:
-        return
-    count, is_for_ardupilot = len(a.mission.items), a.may_fly == {Autopilot.ARDUPILOT}
-    if count > _PX4_ITEMS or (is_for_ardupilot and count >= ardupilot_items(None)):
-        text = f"{count} items; PX4 holds {_PX4_ITEMS}, ArduPilot {ardupilot_items(None) - 1} beside home"
-        yield a.finding(TOO_MANY_ITEMS, text)
+def _too_many_items(a: Assessment) -> Iterator[Finding]:
+    by = (a.may_fly or BOTH) if a.target is None else {a.target.autopilot}
+    held = [_held_too_few(a, one) for one in BOTH if one in by]
+    least = min((severity for severity, _ in held), default=Severity.INFO)
+    if least > Severity.INFO:  # else one holds them
+        holds = ", ".join(most for _, most in held)
+        yield a.finding(TOO_MANY_ITEMS, f"{len(a.mission.items)} items; {holds}", severity=least)
+
+
+def _held_too_few(a: Assessment, by: Autopilot) -> tuple[Severity, str]:
+    """Return how severe it is that an autopilot may not hold the items, and how many it holds."""
+    count = len(a.mission.items)
+    if by is Autopilot.PX4:
+        if count > _PX4_ITEMS:
+            return Severity.ERROR, f"PX4 holds {_PX4_ITEMS}"
+        severity = Severity.WARNING if count > _PX4_SMALL_ITEMS else Severity.INFO
+        return severity, f"PX4 holds {_PX4_SMALL_ITEMS} without an SD card"
+    ardupilot = ARDUPILOT.of(a)
+    most = ardupilot_items(None if a.setup.parameters is None else a.setup.parameters.storage_b)
+    is_held = count + 1 <= most or (ardupilot is not None and ardupilot.mission_card_kb > 0)
+    severity = Severity.INFO if is_held else Severity.ERROR
+    return severity, f"ArduPilot holds {most - 1} beside home"

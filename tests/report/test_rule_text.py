@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
+from planner import catalogue
+from planner.autopilot import TARGETS, TARGETS_SHOWN
 from planner.findings import Rule, Severity
+from planner.mission.takers import BOTH, NAME_IT
 from planner.report.rule_text import rule_text, rules_text, way_off
 from planner.report.text import Medium
 from planner.service.preflight import FILE_UNREADABLE
 from planner.values import replace
+
+_NAMED = re.compile(r"--target ((?:px4|ardu)[a-z0-9.-]*[a-z0-9])")
 
 RULE = Rule(
     "Z101 made-up",
@@ -72,3 +80,14 @@ def test_the_list_of_rules_has_a_line_each_under_its_family() -> None:
 def test_a_rule_that_is_off_says_how_to_turn_it_on() -> None:
     off = rule_text(replace(RULE, is_default=False), medium=Medium())
     assert "Turn on:  --extend-select Z101" in off
+
+
+def test_every_target_that_is_advised_can_be_typed() -> None:
+    package = Path(catalogue.__file__).parent
+    texts = [rule_text(rule, medium=Medium()) for rule in catalogue.rules().values()]
+    texts += [path.read_text("utf-8") for path in package.rglob("*.py")]
+    texts += [path.read_text("utf-8") for path in (package / "report" / "topics").glob("*.md")]
+    named = {name for text in [*texts, NAME_IT] for name in _NAMED.findall(text)}
+    assert {"px4-1.16", "px4-1.17", "arducopter-4.7"} <= named <= TARGETS.keys()
+    assert f"name who flies it (--target {' or '.join(TARGETS_SHOWN)}, or --params)" == NAME_IT
+    assert [TARGETS[name].autopilot for name in TARGETS_SHOWN] == [*BOTH]

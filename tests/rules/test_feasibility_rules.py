@@ -16,7 +16,10 @@ from planner.geo.fence import RallyPoint
 from planner.mission.commands import Support, support
 from planner.mission.formats.wpl import TEXT_NO_HOME_ROW
 from planner.mission.items import MissionFormat
+from planner.mission.takers import NAME_IT
 from planner.physics.wind import Wind
+from planner.rules.ledger import Outcome
+from planner.rules.registry import SUBJECTS, checks_of
 from planner.selection import Selection
 from planner.service.preflight import check
 from planner.values import replace
@@ -28,6 +31,7 @@ from planner.vehicle.parameters.files import parameters_from_text
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.mission.items import Mission, MissionItem
+    from planner.vehicle.model import VehicleModel
 
 COPTER = load_vehicle("arducopter-sitl-quad")
 PX4 = load_vehicle("px4-sih-quad")
@@ -394,7 +398,7 @@ def test_what_one_autopilot_does_not_fly_is_an_error_until_one_is_named(
         assert any(one.severity is Severity.ERROR for one in named) is is_refused
     [unnamed] = of(code, made, Autopilot.STEP)
     assert unnamed.severity is Severity.ERROR
-    assert unnamed.message.endswith("; name who flies it (--target, --params)")
+    assert unnamed.message.endswith(f"; {NAME_IT}")
     foreign = replace(made, file_format=MissionFormat.FOREIGN, findings=())
     assert all(one.severity < Severity.ERROR for one in of(code, foreign, Autopilot.STEP))
 
@@ -419,6 +423,66 @@ def test_an_autopilot_that_refuses_the_upload_is_not_the_one_that_flies(
     told = [one for one in checked.findings if one.severity is Severity.ERROR]
     assert sorted(one.code for one in told if one.code[0] == "M") == codes
     assert not any("name who flies it" in one.message for one in told)
+
+
+@pytest.mark.parametrize(
+    ("count", "severity", "holds"),
+    [
+        (500, None, ""),
+        (501, None, ""),  # ArduPilot holds them
+        (649, None, ""),
+        (
+            650,
+            Severity.WARNING,
+            "PX4 holds 500 without an SD card, ArduPilot holds 649 beside home",
+        ),
+        (
+            2000,
+            Severity.WARNING,
+            "PX4 holds 500 without an SD card, ArduPilot holds 649 beside home",
+        ),
+        (2001, Severity.ERROR, "PX4 holds 2000, ArduPilot holds 649 beside home"),
+    ],
+)
+def test_more_items_than_either_autopilot_holds_are_told_where_neither_is_named(
+    count: int, severity: Severity | None, holds: str
+) -> None:
+    made = mission(*_PLACES, *(waypoint(100, 20),) * (count - 3), rtl())
+    found = [(one.severity, one.message) for one in of("M126", made, Autopilot.STEP)]
+    assert found == ([] if severity is None else [(severity, f"{count} items; {holds}")])
+
+
+# Asked of PX4, of ArduPilot, or of both where neither is named; of neither for another maker's file.
+_ASKED = {"M105": "PA", "M112": "A", "M119": "P", "M128": "P", "M129": "A"}
+
+
+def test_what_both_autopilots_were_asked_is_checked() -> None:
+    made = mission(*_PLACES, rtl())
+    by_upload = mission(*_PLACES, _SPLINE, rtl())  # PX4 refuses it: who is left is asked alone
+    foreign = replace(made, file_format=MissionFormat.FOREIGN)
+    for one, asked in ((made, "PA"), (by_upload, "A"), (foreign, "")):
+        outcomes = outcomes_of(one, STEP)
+        checked = {code for code in _ASKED if outcomes[code] is Outcome.CHECKED}
+        assert checked == {code for code, by in _ASKED.items() if set(by) & set(asked)}
+        # What refuses no mission is asked of neither.
+        assert outcomes["M104"] is outcomes["M118"] is Outcome.NOT_CHECKED
+    assumed = replace(COPTER, reference_assumed=True)
+    assert outcomes_of(made, COPTER)["M128"] is Outcome.NOT_APPLICABLE
+    assert outcomes_of(made, assumed)["M128"] is Outcome.CHECKED
+
+
+def outcomes_of(made: Mission, vehicle: VehicleModel) -> dict[str, Outcome]:
+    checked = check(made, vehicle, battery=Battery(capacity_wh=170.0)).checked
+    return {entry.code: entry.outcome for entry in checked}
+
+
+def test_a_rule_asked_of_both_autopilots_is_asked_in_all_of_its_checks() -> None:
+    asked: dict[str, set[bool]] = {}
+    for one in (one for subject in SUBJECTS for one in checks_of(subject)):
+        for rule in one.rules:
+            asked.setdefault(rule.code, set()).add(one.refuses)
+    assert {code for code, refuses in asked.items() if True in refuses} == {*_ASKED, "F117"}
+    assert all(len(asked[code]) == 1 for code in (*_ASKED, "F117"))
 
 
 def test_a_target_decides_which_commands_are_known() -> None:
@@ -524,7 +588,7 @@ def test_an_autopilot_that_the_model_only_assumes_is_not_named(
 
     assert errors(made, is_assumed=False) == []
     [message] = errors(made, is_assumed=True)
-    assert message.endswith("; name who flies it (--target, --params)")
+    assert message.endswith(f"; {NAME_IT}")
     for by, count in ((assumed, 0), (other, 1)):
         assert len(errors(replace(made, autopilot=by), is_assumed=True)) == count
 

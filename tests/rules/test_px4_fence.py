@@ -15,12 +15,15 @@ from fenced_missions import at, box, circle, findings_of
 from made_missions import item, rtl, takeoff
 
 from planner.autopilot import Autopilot
+from planner.rules import fenced_flight
 from planner.rules.px4_fence import predicted_m
 
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.geo.fence import FenceCircle, FencePolygon
     from planner.mission.items import MissionItem
+    from planner.rules.assessment import Assessment
+    from planner.rules.fenced_flight import FencedFlight
 
 PREDICTS = "GF_PREDICT,1\nGF_ACTION,3\nMPC_XY_CRUISE,10\n"
 NORTH = (takeoff(20), at(0, 200), rtl())
@@ -166,6 +169,40 @@ def test_height_limit_counts_for_items_that_are_not_flown() -> None:
         items = (takeoff(20), at(0, 100), rtl(), at(0, 100, height_m))
         told = of_px4(*items, parameters="GF_MAX_VER_DIST,60\n")
         assert ("F117" in told) is fires
+
+
+@pytest.mark.parametrize(
+    ("items", "codes"),
+    [
+        ((takeoff(20), at(0, 100), OUTSIDE, rtl()), {"F101"}),
+        ((takeoff(20), at(0, 100), rtl(), OUTSIDE), {"F117"}),
+        ((takeoff(20), at(0, 100), rtl()), set()),
+    ],
+)
+def test_a_place_outside_is_told_once_where_nobody_is_named(
+    items: tuple[MissionItem, ...], codes: set[str]
+) -> None:
+    area, both = box(-200.0, -200.0, 200.0, 250.0), {"F101", "F117"}
+    assert findings_of(items, area).keys() & both == codes
+    px4 = of_px4(*items, areas=(area,))
+    assert px4.keys() & both == (codes and codes | {"F117"})
+    assert len({px4[code].fix for code in both & px4.keys()}) == len(codes)
+
+
+def test_the_fenced_flight_is_laid_out_once_where_nobody_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: list[FencedFlight] = []
+    make = fenced_flight.make_fenced_flight
+
+    def count(a: Assessment) -> FencedFlight:
+        made.append(make(a))
+        return made[-1]
+
+    monkeypatch.setattr(fenced_flight, "make_fenced_flight", count)
+    behind = (takeoff(20), at(0, 100), rtl(), OUTSIDE)
+    assert "F117" in findings_of(behind, box(-200.0, -200.0, 200.0, 250.0))
+    assert len(made) == 1
 
 
 def test_ardupilot_and_places_that_are_none_are_left_alone() -> None:
