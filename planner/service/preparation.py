@@ -55,8 +55,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
     if not isinstance(given, Mission):
         msg = f"mission must be planner.read_mission(path): got {given!r:.60}"
         raise UsageError(msg)
-    setup, found_first = _flown_as_stated(mission, setup)
-    target = _target(mission, setup)
+    setup, target, found_first = _who_flies(mission, setup)
     parameters, found = flight_parameters(
         setup,
         version=None if setup.target is None else setup.target.version,
@@ -151,29 +150,52 @@ def _with_load_and_air(setup: Setup, mission: Mission, route: Route) -> Setup:
     return replace(setup, air_density_kg_m3=float(at_home))
 
 
-def _flown_as_stated(mission: Mission, setup: Setup) -> tuple[Setup, list[Finding]]:
-    """Return a setup that is flown by who its parameters, its target or the mission name, and say so.
+def _who_flies(mission: Mission, setup: Setup) -> tuple[Setup, Target | None, list[Finding]]:
+    """Return a setup that is flown by whoever is named, and whose rules the mission has to meet.
 
-    Where the model's autopilot is assumed and ``--autopilot`` states none.
+    Where the model's autopilot is assumed and ``--autopilot`` states none, its parameters, its target or the
+    mission's file name it, which is said.  Those of reference steps name whose rules count.
     """
-    if setup.autopilot is not None or not setup.vehicle.reference_assumed:
-        return setup, []
-    given, target = setup.parameters, setup.target
+    given, target, vehicle = setup.parameters, setup.target, setup.vehicle
     named = [
         (None if given is None else given.stack, "its parameters are"),
         (None if target is None else target.autopilot, "the target is"),
         (mission.autopilot, "the mission's file is"),
     ]
     by, whose = next((one for one in named if one[0] not in {None, Autopilot.STEP}), (None, ""))
-    if by is None or by is setup.vehicle.reference:
-        return setup, []
-    from planner.rules.model import AUTOPILOT_DIFFERS
+    is_open = setup.autopilot is None and vehicle.reference_assumed
+    found = []
+    if is_open and by is not None and by is not vehicle.reference:
+        from planner.rules.model import AUTOPILOT_DIFFERS
 
-    message = (
-        f"flown by {by.label}, as {whose} for it: the model {setup.vehicle.name} only assumes "
-        f"{setup.vehicle.reference.label}; state it with --autopilot"
-    )
-    return replace(setup, autopilot=by), [AUTOPILOT_DIFFERS.finding(message)]
+        message = (
+            f"flown by {by.label}, as {whose} for it: the model {vehicle.name} only assumes "
+            f"{vehicle.reference.label}; state it with --autopilot"
+        )
+        found.append(AUTOPILOT_DIFFERS.finding(message))
+        setup = replace(setup, autopilot=by)
+    if target is not None:
+        _refuse_another(target, setup)
+        return setup, target, found
+    autopilot = by if setup.flown_by is Autopilot.STEP else setup.flown_by
+    if autopilot is None:
+        return setup, None, found
+    version = given.version if given is not None and given.stack is autopilot else None
+    return setup, Target(autopilot, version, is_assumed=is_open and by is None), found
+
+
+def _refuse_another(target: Target, setup: Setup) -> None:
+    """Refuse a target of another autopilot than that of the vehicle or of its parameters."""
+    flown_by, given = setup.flown_by, setup.parameters
+    if flown_by not in {Autopilot.STEP, target.autopilot}:
+        msg = f"the rules of {target.label} do not hold for a vehicle flown as {flown_by.label}"
+        raise UsageError(msg)
+    if given is not None and given.stack not in {None, target.autopilot}:
+        msg = (
+            f"the rules of {target.label} do not hold for a vehicle with {given.stack.label}'s "
+            f"parameters: {given.source}"
+        )
+        raise UsageError(msg)
 
 
 def at_speed(prepared: Preparation, speed_m_s: float) -> Preparation:
@@ -237,33 +259,3 @@ def over_its_ground(prepared: Preparation) -> Preparation:
     if not below_m > 0.0:
         return prepared
     return replace(prepared, setup=replace(setup, wind=replace(wind, ground_below_m=below_m)))
-
-
-def _target(mission: Mission, setup: Setup) -> Target | None:
-    flown_by, given = setup.flown_by, setup.parameters
-    if setup.target is not None:
-        if flown_by not in {Autopilot.STEP, setup.target.autopilot}:
-            msg = f"the rules of {setup.target.label} do not hold for a vehicle flown as {flown_by.label}"
-            raise UsageError(msg)
-        if given is not None and given.stack not in {None, setup.target.autopilot}:
-            msg = (
-                f"the rules of {setup.target.label} do not hold for a vehicle with {given.stack.label}'s "
-                f"parameters: {given.source}"
-            )
-            raise UsageError(msg)
-        return setup.target
-    autopilot: Autopilot | None = flown_by
-    if (
-        flown_by is Autopilot.STEP
-    ):  # its parameters tell what it is, its file what that was written for
-        stack = None if given is None else given.stack
-        autopilot = mission.autopilot if stack is None else stack
-    if autopilot is None or autopilot is Autopilot.STEP:
-        return None
-    is_known = given is not None and given.stack is autopilot
-    is_named = is_known or mission.autopilot is autopilot or setup.autopilot is not None
-    return Target(
-        autopilot,
-        given.version if given is not None and is_known else None,
-        is_assumed=setup.vehicle.reference_assumed and not is_named,
-    )

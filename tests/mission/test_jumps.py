@@ -9,6 +9,7 @@ from planner.autopilot import Autopilot, Target
 from planner.findings import Severity
 from planner.flight.pilot import habits_of
 from planner.mission.route.order import MOST_VISITS, flown_order
+from planner.mission.takers import BOTH
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.resolve import resolve_parameters
 
@@ -59,13 +60,24 @@ def test_ardupilot_carries_out_what_stands_behind_a_jump_a_lap_early(laps: int) 
     assert [(f.code, f.item) for f in warned] == [("T123", 5), ("T123", 6)]
     assert order(*items, dialect=Autopilot.PX4) == (1, *lap * (laps + 1), 5, 6, 7)
     # Of a text whose autopilot is unknown ArduPilot's order counts, and nobody knows that it does.
-    unknown = flown_order(mission(*items).items, None, keeps_counts=True)
+    unknown = flown_order(mission(*items).items, None, keeps_counts=True, able=frozenset(BOTH))
     assert unknown.visits == found.visits
     assert [(f.severity, f.item) for f in unknown.findings] == [
         (Severity.ERROR, 5),
         (Severity.ERROR, 6),
     ]
     assert all("name who flies it" in one.message for one in unknown.findings)
+    # Where PX4 refuses the upload there is nobody to name.
+    left = flown_order(
+        mission(*items).items, None, keeps_counts=True, able=frozenset({Autopilot.ARDUPILOT})
+    )
+    assert left == found
+    # So where PX4 is only what a model assumes.
+    assumed = flown_order(
+        mission(*items).items, Autopilot.PX4, keeps_counts=True, able=frozenset(BOTH)
+    )
+    assert assumed.visits == order(*items, dialect=Autopilot.PX4)
+    assert assumed.findings == unknown.findings
 
 
 def test_without_an_item_before_the_jump_what_stands_behind_it_waits_for_the_loop() -> None:

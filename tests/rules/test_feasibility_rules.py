@@ -576,6 +576,12 @@ def test_px4_takes_no_take_off_behind_what_it_counts_as_a_place(command: int, go
             Autopilot.ARDUPILOT,
             Autopilot.PX4,
         ),
+        (
+            "M121",
+            mission(*_PLACES, speed(3.0), jump(3, 5.0), waypoint(90, 20), rtl()),
+            Autopilot.ARDUPILOT,
+            Autopilot.PX4,
+        ),
     ],
 )
 def test_an_autopilot_that_the_model_only_assumes_is_not_named(

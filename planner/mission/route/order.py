@@ -65,8 +65,8 @@ CARRIED_OUT_EARLY = Rule(
     "anew behind the loop (#29763): that look then leads to the head of the loop.",
     how="DO_CHANGE_SPEED, DO_SET_HOME or DO_FENCE_ENABLE that AP_Mission finds on its look for DO_ items and "
     "not on the way to the next place, or the other way round: predicted as ArduPilot does it.  An error "
-    "where that differs between versions and neither --target nor the parameter file names one; where the "
-    "autopilot is unknown, which may be ArduPilot; and "
+    "where that differs between versions and neither --target nor the parameter file names one; where "
+    "no autopilot is named and both may fly; and "
     "where a loop without a place in it has items carried out in turn for as long as the next leg lasts, "
     "each undoing the other.",
     fix="put the DO_ items before the jump in front of the last place of the loop, or a place between the "
@@ -127,32 +127,33 @@ JUMP_WITHOUT_FLIGHT = Rule(
 
 
 def flown_order(
-    items: tuple[MissionItem, ...], dialect: Autopilot | None, *, keeps_counts: bool | None = None
+    items: tuple[MissionItem, ...],
+    dialect: Autopilot | None,
+    *,
+    keeps_counts: bool | None = None,
+    able: frozenset[Autopilot] = frozenset(),
 ) -> FlownOrder:
     """Return in which order items are reached, from the first to the end or once round an endless loop.
 
     PX4 has no jump tags.  ArduPilot counts a jump anew once it was counted to its end, unless it
     ``keeps_counts``; ``None``: it is not known whether it does.  Where the autopilot is unknown ArduPilot's
-    order counts: what it carries out elsewhere than the list says is told.
+    order counts.  What the one does whose order counts is an error where the other one is ``able`` to fly the
+    mission too, and so is what that does.
     """
     if not any(item.command in JUMPS for item in items):
         return FlownOrder(visits=tuple(range(1, len(items) + 1)))
     targets, findings = _targets(items, dialect)
-    if dialect is not Autopilot.PX4:
-        # PX4 takes a count of 40,000 as it is, ArduPilot as none: of unknown ones the longer.
-        repeats_of = _kept_repeats if dialect is Autopilot.ARDUPILOT else _repeats
-        repeats = {at: repeats_of(items[at]) for at in targets}
-        order = _Searches(items, targets, repeats, counts_anew=keeps_counts is not True).order()
-        if keeps_counts is None:
-            kept = _Searches(items, targets, repeats, counts_anew=False).order()
-            order = replace(order, findings=_of_both(order.findings, kept.findings))
-        if dialect is None:
-            told = [_of_one_autopilot(one, "ArduPilot", "PX4") for one in order.findings]
-            of_px4 = _in_turn(items, targets).findings
-            told += [_of_one_autopilot(one, "PX4", "ArduPilot") for one in of_px4]
+    orders: dict[Autopilot, Callable[[], FlownOrder]] = {
+        Autopilot.ARDUPILOT: lambda: _searched(items, targets, dialect, keeps_counts=keeps_counts),
+        Autopilot.PX4: lambda: _in_turn(items, targets),
+    }
+    by = dialect or Autopilot.ARDUPILOT
+    order = orders.pop(by)()
+    for other, order_of in orders.items():
+        if other in able:
+            told = [_of_one_autopilot(one, by, other) for one in order.findings]
+            told += [_of_one_autopilot(one, other, by) for one in order_of().findings]
             order = replace(order, findings=tuple(told))
-    else:
-        order = _in_turn(items, targets)
     findings += order.findings
     most = len(items) + MOST_VISITS
     if len(order.visits) > most:
@@ -162,6 +163,24 @@ def flown_order(
         )
         findings.append(JUMPS_TOO_LONG.finding(message))
     return replace(order, visits=order.visits[:most], findings=tuple(findings))
+
+
+def _searched(
+    items: tuple[MissionItem, ...],
+    targets: Mapping[int, int],
+    dialect: Autopilot | None,
+    *,
+    keeps_counts: bool | None,
+) -> FlownOrder:
+    """Return the order of ArduPilot, which looks for the next place and for DO_ items."""
+    # PX4 takes a count of 40,000 as it is, ArduPilot as none: of unknown ones the longer.
+    repeats_of = _repeats if dialect is None else _kept_repeats
+    repeats = {at: repeats_of(items[at]) for at in targets}
+    order = _Searches(items, targets, repeats, counts_anew=keeps_counts is not True).order()
+    if keeps_counts is not None:
+        return order
+    kept = _Searches(items, targets, repeats, counts_anew=False).order()
+    return replace(order, findings=_of_both(order.findings, kept.findings))
 
 
 def _in_turn(items: tuple[MissionItem, ...], targets: Mapping[int, int]) -> FlownOrder:
@@ -419,9 +438,9 @@ def _effect_of(item: MissionItem) -> tuple[Hashable, Hashable]:
     return item.command, (item.latitude_deg, item.longitude_deg, item.altitude_m)
 
 
-def _of_one_autopilot(found: Finding, who: str, other: str) -> Finding:
+def _of_one_autopilot(found: Finding, who: Autopilot, other: Autopilot) -> Finding:
     """Return a finding on what one autopilot does, where it is not known who flies."""
-    message = f"{who}: {found.message}, with {other} not so; {NAME_IT}"
+    message = f"{who.label}: {found.message}, with {other.label} not so; {NAME_IT}"
     return replace(found, message=message, severity=Severity.ERROR)
 
 

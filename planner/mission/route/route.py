@@ -87,9 +87,9 @@ def make_route(
     MissionFileError
         If an item holds a number no vehicle can fly.
     """
-    order = flown_order(mission.items, dialect, keeps_counts=habits.keeps_counts)
-    named = None if is_assumed else dialect
-    state, findings = _begin(mission, dialect, home_amsl_m, terrain, named=named)
+    able = may_fly(mission, None if is_assumed else dialect)
+    order = flown_order(mission.items, dialect, keeps_counts=habits.keeps_counts, able=able)
+    state, findings = _begin(mission, dialect, home_amsl_m, terrain, able=able)
     state.firings = firings or {}
     continues_after = habits.continues_after
     if continues_after is None:
@@ -353,7 +353,7 @@ def _begin(
     home_amsl_m: float | None,
     terrain: TerrainGrid | None,
     *,
-    named: Autopilot | None,
+    able: frozenset[Autopilot],
 ) -> tuple[FollowedMission, list[Finding]]:
     """Return the state at home, and what had to be assumed about home."""
     findings: list[Finding] = []
@@ -391,7 +391,7 @@ def _begin(
     state = FollowedMission(
         source=mission.source,
         dialect=dialect,
-        may_fly=may_fly(mission, named),
+        may_fly=able,
         start_deg=place,
         home_deg=place,
         home_amsl_m=amsl_m,
