@@ -19,6 +19,7 @@ from planner.geo.fence import Fence
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
 from planner.report import plots
+from planner.report.html.mission import page_charts
 from planner.report.plots.flight import limit_rows, tightest_row
 from planner.report.plots.picture_files import STATE_COLOURS, chart_config
 from planner.report.tables import MOST_ROWS, make_tables
@@ -194,6 +195,26 @@ def test_every_axis_says_its_quantity_and_unit(out: CheckResult, tmp_path: Path)
         texts = {element.text for element in ET.parse(path).iter() if element.text}
         for text in expected[path.stem]:
             assert any(text in found for found in texts), f"{text} is not in {path.name}"
+
+
+@pytest.mark.parametrize("home_m", [400.0, None])
+def test_heights_above_a_home_of_unknown_altitude_are_none_from_the_sea(
+    home_m: float | None, tmp_path: Path
+) -> None:
+    made = mission(*OUT, home=replace(HOME, altitude_amsl_m=home_m))
+    result = check(made, load_vehicle("arducopter-sitl-quad"))
+    [path] = [
+        path
+        for path in plots.write_figures(
+            plots.mission_figures(result), tmp_path, file_formats=("svg",)
+        )
+        if path.stem == "altitude"
+    ]
+    drawn = " ".join(element.text for element in ET.parse(path).iter() if element.text)
+    assert "Above home [m]" in drawn
+    assert ("AMSL" in drawn) is (home_m is not None)
+    assert ("home, 400 m" if home_m else "home, altitude unknown") in drawn
+    assert page_charts(make_tables(result), {})["home_amsl_m"] == home_m
 
 
 def test_light_and_dark_pictures_differ_in_ink_and_paper(out: CheckResult, tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from planner.report.text import (
     printable,
 )
 from planner.service.preflight import CheckResult
+from planner.service.separation import known_home_amsl_m
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -68,11 +69,12 @@ def page_charts(
         else:
             add_time_layers(spec)
         spec["datasets"] = spec.get("datasets", {})
+    home_m = known_home_amsl_m(tables.assessment)
     return {
         "charts": specs,
         "tables": page_tables(tables.named),
         "focus": finding_focus(tables),
-        "home_amsl_m": round(tables.assessment.route.home_amsl_m, 2),
+        "home_amsl_m": None if home_m is None else round(home_m, 2),
     }
 
 

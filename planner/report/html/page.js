@@ -233,7 +233,8 @@
       for (const view of Object.values(this.views)) view.data("cursor", [row]).runAsync();
       const texts = [
         `${row.time_min.toFixed(2)} min`, `item ${row.item}, ${row.state}`,
-        `${(row.altitude_amsl_m - this.payload.home_amsl_m).toFixed(0)} m above home, ${row.altitude_amsl_m.toFixed(0)} m AMSL`];
+        `${(row.altitude_amsl_m - (this.payload.home_amsl_m ?? 0)).toFixed(0)} m above home`];
+      if (this.payload.home_amsl_m !== null) texts[2] += `, ${row.altitude_amsl_m.toFixed(0)} m AMSL`;
       if (typeof row.ground_amsl_m === "number") texts.push(`${(row.altitude_amsl_m - row.ground_amsl_m).toFixed(0)} m above the ground`);
       texts.push(`${row.speed_m_s.toFixed(1)} m/s`);
       if (typeof row.power_w === "number") texts.push(`${row.power_w.toFixed(0)} W`);

@@ -22,6 +22,7 @@ from planner.report.plots.picture_files import (
 )
 from planner.report.plots.site import map_panel
 from planner.report.tables import NO_RETURN, make_tables, with_data
+from planner.service.separation import known_home_amsl_m
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -75,12 +76,16 @@ def _with_rows(panel: Callable[[FlightTables], Chart], result: CheckResult) -> C
 
 
 def altitude_panel(tables: FlightTables) -> Chart:
-    """Return the altitude over time, over the ground or, where that is not known, over home."""
+    """Return the altitude over time, over the ground or, where that is not known, over home.
+
+    Where nobody knows the altitude of home, the height above it.
+    """
     alt = load_altair()
     home_m, terrain = tables.assessment.route.home_amsl_m, tables.assessment.setup.terrain
+    is_known = known_home_amsl_m(tables.assessment) is not None
     flight = alt.Chart(alt.NamedData("flight"))
     x = _time_axis(tables)
-    y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
+    y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]" if is_known else "Above home [m]")
     y = y.scale(zero=False, domain=_heights_m(tables), nice=False)
     home = alt.Chart(inline_rows([{"home_amsl_m": round(home_m, 2)}]))
     above = alt.Axis(
@@ -91,11 +96,15 @@ def altitude_panel(tables: FlightTables) -> Chart:
         labelExpr=f"format(datum.value - {home_m:.2f}, '~r')",
     )
     layers = [
-        home.mark_rule(strokeDash=[2, 3]).encode(y=alt.Y("home_amsl_m:Q").axis(above)),
+        home.mark_rule(strokeDash=[2, 3]).encode(
+            y=alt.Y("home_amsl_m:Q").axis(above if is_known else None)
+        ),
         home.mark_text(dy=-6).encode(
             x=alt.XValue(alt.ExprRef("width / 2")),
             y=alt.Y("home_amsl_m:Q").axis(None),
-            text=alt.TextValue(f"home, {quantity.height(home_m)}"),
+            text=alt.TextValue(
+                f"home, {quantity.height(home_m) if is_known else 'altitude unknown'}"
+            ),
         ),
         flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
     ]
@@ -108,9 +117,12 @@ def altitude_panel(tables: FlightTables) -> Chart:
             ground.mark_line(color=GREY, strokeWidth=1.2),
             *layers,
         ]
-    what = "with the altitude of home" if terrain is None else "over the ground"
-    chart = alt.layer(*layers).resolve_axis(y="independent")
-    return _panel(chart, f"Altitude of the flight over time, {what}")
+    what = "Altitude of the flight over time, with the altitude of home"
+    if not is_known:
+        what = "Height of the flight above home over time"
+    elif terrain is not None:
+        what = "Altitude of the flight over time, over the ground"
+    return _panel(alt.layer(*layers).resolve_axis(y="independent"), what)
 
 
 def speed_panel(tables: FlightTables) -> Chart:
