@@ -17,7 +17,7 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Method, Parts, assemble_model
 from planner.identify.battery import PackSettings
-from planner.identify.lean import knows_wind
+from planner.identify.lean import is_one_way_in_unknown_wind, knows_wind
 from planner.identify.leant_wind import with_leant_wind
 from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
 from planner.identify.power import (
@@ -179,7 +179,12 @@ def _identify_shaped(
     for record in records:
         on_step(_flight_step(record))
         density, mass_kg = _flown_density_and_mass(record, settings)
-        steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
+        steady += steady_flight(
+            record,
+            air_density_kg_m3=density,
+            mass_kg=mass_kg,
+            is_one_way=is_one_way_in_unknown_wind(record),
+        )
         refusals += _power_refusals(record)
         cuts += cut_manoeuvres(record)
     refuse_impossible_mass(steady)

@@ -22,8 +22,9 @@ from planner.vehicle.parameters.table import parameter_table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.arrays import BoolArray, FloatArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+    from planner.identify.segments import MeasuredPower
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import VehicleModel
 
@@ -50,7 +51,7 @@ LEAST_WIND_M_S = 1.0
 """Of a wind that the lean tells: less is that of trims, and changes the power of a leg by a hundredth."""
 _BREEZE_M_S = LEAST_WIND_M_S / math.sqrt(3.0)
 """Standard deviation of a wind along the way that is too weak to be told: any up to that. [m s⁻¹]"""
-_UNTOLD_WIND_M_S = 3.0
+UNTOLD_WIND_M_S = 3.0
 """Standard deviation of a wind along the way that nothing tells: of 4 m/s from anywhere. [m s⁻¹]"""
 _MOST_ERROR = 0.4
 """The highest airspeed_limit_fraction of a model: nothing is certain then. [-]"""
@@ -97,7 +98,7 @@ class LeanFlight(Value):
     def shown_m_s(self, flown_m_s: float) -> float:
         """Return what of a flown airspeed is shown: of one that may be wind no more than is certain."""
         if self.is_one_way:
-            least = flown_m_s - 2.0 * _UNTOLD_WIND_M_S
+            least = flown_m_s - 2.0 * UNTOLD_WIND_M_S
             flown_m_s = max(least, (1.0 - 2.0 * _MOST_ERROR) * flown_m_s)
         if not self.contradicted:
             return flown_m_s
@@ -227,7 +228,8 @@ ONE_WAY = Rule(
     "for one that holds 15, and flights against that wind fell.",
     how="No log holds an airspeed or a wind, nor tells a wind by its lean, and the steady level flight of "
     "each heads one way, whose wind may be another each time: the mean of its directions is longer than "
-    "0.9.",
+    "0.9.  The power of such a flight counts at its speed over ground less a wind of 3 m/s or so along its "
+    "way, which other flights and what is usual tell.",
     fix="add a flight that goes there and back at one height",
 )
 
@@ -237,11 +239,24 @@ def knows_wind(record: FlightRecord) -> bool:
     return bool(np.isfinite([record.airspeed_m_s, record.wind_north_m_s]).any())
 
 
+def is_one_way_in_unknown_wind(record: FlightRecord) -> bool:
+    """Return whether all of the speed of a record over ground may have the same wind in it."""
+    return not knows_wind(record) and _point_one_way(_ways(record))
+
+
+def winds_of(steady: Sequence[MeasuredPower]) -> tuple[tuple[str, ...], IntArray]:
+    """Return flights one way in a wind that nothing tells, and which of them a row moves in, or -1. (n,)"""
+    moving = [
+        one.source if one.is_one_way and one.airspeed_m_s >= MOVING_M_S else "" for one in steady
+    ]
+    names = tuple(filter(None, dict.fromkeys(moving)))
+    return names, np.array([names.index(one) if one else -1 for one in moving], dtype=np.intp)
+
+
 def one_way_findings(records: Sequence[FlightRecord]) -> list[Finding]:
     """Return that no flight shows what of its speeds is wind."""
     flying = [one for one in records if level_parts(one)]
-    is_one_way = bool(flying) and all(_point_one_way(_ways(one)) for one in flying)
-    if any(map(knows_wind, flying)) or not is_one_way:
+    if not flying or not all(map(is_one_way_in_unknown_wind, flying)):
         return []
     names = ", ".join(f"{one.source}#{one.number}" for one in flying)
     return [
@@ -419,7 +434,7 @@ class _DragLaw(NamedTuple):
 def _limited(flown: _Lean, lean_rad: float, law: _DragLaw | None, error: float) -> LeanFlight:
     wind_m_s = 0.0
     if flown.is_one_way or flown.is_contradicted:
-        wind_m_s = _UNTOLD_WIND_M_S
+        wind_m_s = UNTOLD_WIND_M_S
     elif flown.is_one_way_at_limit:
         wind_m_s = _BREEZE_M_S
     untold = wind_m_s / flown.airspeed_m_s

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from planner.errors import IdentificationError
+from planner.identify.lean import UNTOLD_WIND_M_S, winds_of
 from planner.identify.uncertainty import Estimate, rounded
 from planner.physics.rotor import Acceleration, Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
@@ -335,6 +336,8 @@ class SteadyMap(Value, eq=False):
     """Number of different airspeeds and climb rates."""
     beyond_kg: Mapping[str, float]
     """Mass of each flight beyond the one given, by source, where it was fitted. [kg]"""
+    behind_m_s: Mapping[str, float]
+    """Wind behind each flight one way in a wind that nothing tells, by source. [m s⁻¹]"""
     log_covariance: FloatArray
     """Of the logarithms of the six numbers, in the order of `Rotor`. (6, 6) [-]"""
 
@@ -343,7 +346,9 @@ class SteadyMap(Value, eq=False):
         values = np.array(Rotor(**field_values(self.law)))
         measured: FloatArray = np.array([f.power_w for f in flights])
         beyond_kg = np.array([self.beyond_kg.get(f.source, 0.0) for f in flights])
-        return _powers_w(values, _conditions(flights), beyond_kg) - measured
+        names, wind_of = winds_of(flights)
+        behind_m_s = np.array([*(self.behind_m_s.get(one, 0.0) for one in names), 0.0])[wind_of]
+        return _powers_w(values, _conditions(flights), beyond_kg, behind_m_s) - measured
 
 
 def cell_of(flight: MeasuredPower) -> tuple[int, int]:
@@ -360,7 +365,8 @@ def fit_steady_map(
     """Fit momentum theory to steady flights.
 
     Where the payload is not known, ``mass_deviation_kg`` is the standard deviation of the mass from
-    flight to flight: each flight then has a mass of its own, fitted beside the law.
+    flight to flight: each flight then has a mass of its own, fitted beside the law.  So have flights one
+    way in a wind that nothing tells a wind along their way, of `UNTOLD_WIND_M_S`.
 
     Raises IdentificationError if a mass or a density is not known, or there are fewer airspeeds than
     the ``least``.
@@ -385,13 +391,16 @@ def fit_steady_map(
         ]
     )
     sources = sorted({f.source for f in flights}) if mass_deviation_kg > 0.0 else []
+    blown, wind_of = winds_of(flights)
+    further = len(sources) + len(blown)
     data = _MapData(
         flights=flights,
         cells=cells,
-        centre=np.concatenate([centre, np.zeros(len(sources))]),
-        deviations=np.concatenate([_SPREADS, np.ones(len(sources))]),
+        centre=np.concatenate([centre, np.zeros(further)]),
+        deviations=np.concatenate([_SPREADS, np.ones(further)]),
         flight_of=[sources.index(f.source) for f in flights] if sources else [],
         mass_deviation_kg=mass_deviation_kg,
+        wind_of=wind_of,
     )
     first = data.fit(data.centre, scatter=0.0)
     scatter = data.scatter_in_cells(first)
@@ -422,7 +431,13 @@ def fit_steady_map(
         cells=len(set(cells)),
         beyond_kg={
             source: mass_deviation_kg * float(x)
-            for source, x in zip(sources, found.x[size_of_law:], strict=True)
+            for source, x in zip(
+                sources, found.x[size_of_law : size_of_law + len(sources)], strict=True
+            )
+        },
+        behind_m_s={
+            source: UNTOLD_WIND_M_S * float(x)
+            for source, x in zip(blown, found.x[size_of_law + len(sources) :], strict=True)
         },
         log_covariance=covariance,
     )
@@ -430,7 +445,7 @@ def fit_steady_map(
 
 class _MapFit(NamedTuple):
     x: FloatArray
-    """Logarithms of the six numbers, then the masses beyond in their deviations."""
+    """Logarithms of the six numbers, then the masses beyond and the winds behind in their deviations."""
     ring: float
     cost: float
     information: FloatArray
@@ -445,6 +460,8 @@ class _MapData(Value, eq=False, dict=True):
     deviations: FloatArray
     flight_of: Sequence[int]
     mass_deviation_kg: float
+    wind_of: IntArray
+    """As of `winds_of`."""
 
     @cached_property
     def powers_w(self) -> FloatArray:
@@ -458,9 +475,12 @@ class _MapData(Value, eq=False, dict=True):
 
     def errors_w(self, x: FloatArray, ring: float) -> FloatArray:
         """Return predicted less measured power. [W]"""
-        own, beyond = x[: len(_FITTED)], x[len(_FITTED) :]
-        beyond_kg = self.mass_deviation_kg * beyond[self.flight_of] if beyond.size else 0.0
-        return _powers_w(np.append(np.exp(own), ring), self.conditions, beyond_kg) - self.powers_w
+        own, further = x[: len(_FITTED)], x[len(_FITTED) :]
+        beyond_kg = self.mass_deviation_kg * further[self.flight_of] if self.flight_of else 0.0
+        winds = int(self.wind_of.max()) + 1
+        behind_m_s = UNTOLD_WIND_M_S * np.append(further[len(further) - winds :], 0.0)[self.wind_of]
+        values = np.append(np.exp(own), ring)
+        return _powers_w(values, self.conditions, beyond_kg, behind_m_s) - self.powers_w
 
     def scatter_in_cells(self, fit: _MapFit) -> float:
         """Return by what the power of like spans differs, beside what the law explains. [-]
@@ -539,14 +559,19 @@ def mean_powers_w(rotor: Rotor, flights: Sequence[MeasuredPower]) -> FloatArray:
 
 
 def _powers_w(
-    values: FloatArray, conditions: _Conditions, beyond_kg: FloatArray | float = 0.0
+    values: FloatArray,
+    conditions: _Conditions,
+    beyond_kg: FloatArray | float = 0.0,
+    behind_m_s: FloatArray | float = 0.0,
 ) -> FloatArray:
     """Return the mean power of flights by the numbers of a rotor, (n,) [W]."""
     masses, speed, climb, density, *changes = conditions.of_parts
     powers = np.empty(masses.size)
-    masses = masses + np.repeat(
-        np.broadcast_to(beyond_kg, conditions.counts.shape), conditions.counts
+    beyond, behind = (
+        np.repeat(np.broadcast_to(one, conditions.counts.shape), conditions.counts)
+        for one in (beyond_kg, behind_m_s)
     )
+    masses, speed = masses + beyond, np.abs(speed - behind)
     for mass_kg in np.unique(masses):
         own = masses == mass_kg
         powers[own] = momentum_power_w(

@@ -2,13 +2,16 @@ r"""A model from a data sheet, narrowed by what flights tell: a Bayesian update 
 
 What the model assumed is the prior: the logarithm of each of its factors is normal, with the standard
 deviation in ``[spread.law_fraction]``.  Mean powers of steady flight are the evidence.  With the factors
-:math:`e^{x}` and what a flight as a whole is off by, :math:`b`, the most likely are those that minimise
+:math:`e^{x}`, what a flight as a whole is off by, :math:`b`, and the wind that a flight may have had behind
+it, :math:`w`, the most likely are those that minimise
 
-.. math:: \sum_i \left(\frac{\ln P_i - \ln \hat P_i(x) - b_{f(i)}}{\sigma_i}\right)^2
-          + \sum_k \left(\frac{x_k}{s_k}\right)^2 + \sum_f \left(\frac{b_f}{\sigma_b}\right)^2,
+.. math:: \sum_i \left(\frac{\ln P_i - \ln \hat P_i(x, w_{f(i)}) - b_{f(i)}}{\sigma_i}\right)^2
+          + \sum_k \left(\frac{x_k}{s_k}\right)^2 + \sum_f \left(\frac{b_f}{\sigma_b}\right)^2
+          + \sum_f \left(\frac{w_f}{\sigma_w}\right)^2,
 
-and the inverse of the normal matrix there is their covariance.  What no flight shows keeps its prior,
-and no evidence makes anything less certain.
+and the inverse of the normal matrix there is their covariance.  Only flights that head one way in a wind that
+nothing tells have a :math:`w`: of those to and fro, what it takes from one leg it adds to another.  What no
+flight shows keeps its prior, and no evidence makes anything less certain.
 
 What flights of one vehicle differ by, :math:`\sigma_b`, is known from many vehicles as from one flight, and
 from each of its own flights besides: one flight narrows the vehicle, not how far its next one is from it.
@@ -30,7 +33,13 @@ from planner.errors import IdentificationError, UsageError
 from planner.findings import Finding, Rule, Severity
 from planner.identify.battery import PackSettings, capacity_set_ah, identify_battery
 from planner.identify.flown_mission import flown_parameters, loads_let_go
-from planner.identify.lean import identified_lean, one_way_findings
+from planner.identify.lean import (
+    UNTOLD_WIND_M_S,
+    identified_lean,
+    is_one_way_in_unknown_wind,
+    one_way_findings,
+    winds_of,
+)
 from planner.identify.leant_wind import leant_wind_readings, with_leant_wind
 from planner.identify.log_table import LogTable
 from planner.identify.segments import (
@@ -215,7 +224,12 @@ def refine_vehicle(
         mass_kg = (own.mass_kg or vehicle.mass_kg or 0.0) + (own.payload_kg or 0.0)
         times_heavier.append(mass_kg / vehicle.mass_kg if vehicle.mass_kg else 1.0)
         air_kg_m3.append(mean_air_density_kg_m3(density))
-        steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
+        steady += steady_flight(
+            record,
+            air_density_kg_m3=density,
+            mass_kg=mass_kg,
+            is_one_way=is_one_way_in_unknown_wind(record),
+        )
     if not steady:
         msg = (
             "no flight holds power in steady flight: log battery voltage and current, and hover or fly "
@@ -542,21 +556,24 @@ class PowerUpdate:
         self.sigma = np.sqrt(noise + THEORY_FRACTION**2)
         _, first = np.unique(self.cells, return_index=True)
         self.flight_of = self.flights[first]
+        winds, self.wind_of = winds_of(steady)
+        self.winds_m_s = np.zeros(len(winds))
         before = self._energy(self.rotor, self.known)
         apart = (spread.energy_fraction or 0.0) ** 2 - before.shared**2
         self.known_day_fraction = math.sqrt(max(apart, DAY_FRACTION**2))
         self.day_fraction, self.birge_ratio = self.known_day_fraction, 1.0
-        self.narrowed, self.covariance = self._most_likely()
+        self.narrowed, self.winds_m_s, self.covariance = self._most_likely()
 
     def moved(self, factors: FloatArray) -> Rotor:
         """Return the rotor with its factors multiplied."""
         return moved_rotor(self.rotor, dict(zip(self.names, factors.tolist(), strict=True)))
 
-    def _log_powers(self, factors: FloatArray) -> FloatArray:
+    def _log_powers(self, factors: FloatArray, winds_m_s: FloatArray) -> FloatArray:
         rotor, powers = self.moved(factors), np.empty(len(self.steady))
+        behind_m_s = np.append(winds_m_s, 0.0)[self.wind_of]
         for row, one in enumerate(self.steady):
             powers[row] = momentum_power_w(
-                one.airspeed_m_s,
+                abs(one.airspeed_m_s - behind_m_s[row]),
                 one.climb_rate_m_s,
                 rotor,
                 mass_kg=one.mass_kg or 0.0,
@@ -565,37 +582,49 @@ class PowerUpdate:
         return np.log(powers + self.avionics_w)
 
     def _residuals(self, unknown: FloatArray) -> FloatArray:
-        factors, of_flights = unknown[: len(self.names)], unknown[len(self.names) :]
-        off = self.measured - self._log_powers(factors)
+        factors, of_flights, winds_m_s = self._apart(unknown)
+        off = self.measured - self._log_powers(factors, winds_m_s)
         of_cells = np.bincount(self.cells, off) / self.counts - of_flights[self.flight_of]
         return np.concatenate(
-            (of_cells / self.sigma, self.whitened @ factors, of_flights / self.day_fraction)
+            (
+                of_cells / self.sigma,
+                self.whitened @ factors,
+                of_flights / self.day_fraction,
+                winds_m_s / UNTOLD_WIND_M_S,
+            )
         )
 
-    def _most_likely(self) -> tuple[FloatArray, FloatArray]:
-        """Return the most likely logarithms of the factors and their covariance."""
+    def _apart(self, unknown: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return factors, what flights are off by, and winds. [-], [-], [m s⁻¹]"""
+        first, second = len(self.names), len(unknown) - len(self.winds_m_s)
+        return unknown[:first], unknown[first:second], unknown[second:]
+
+    def _most_likely(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the most likely logarithms of the factors, winds [m s⁻¹], and covariance of the first."""
         from scipy.optimize import least_squares
 
         count, flights = len(self.names), int(self.flights.max()) + 1
-        unknown = np.zeros(count + flights)
+        unknown = np.zeros(count + flights + len(self.winds_m_s))
         for _ in range(_ROUNDS):
             found = least_squares(self._residuals, unknown, method="lm")
             unknown, covariance = found.x, np.linalg.inv(found.jac.T @ found.jac)
             # what all flights are off by is the vehicle's: only what sets them apart is the days'
             apart = np.eye(flights) - 1.0 / flights
-            second = np.outer(unknown[count:], unknown[count:]) + covariance[count:, count:]
+            off, own = self._apart(unknown)[1], slice(count, count + flights)
+            second = np.outer(off, off) + covariance[own, own]
             mean = (self.known_day_fraction**2 + float(np.sum(apart * second))) / flights
             self.day_fraction = max(math.sqrt(mean), self.known_day_fraction)
         covariance = covariance[:count, :count]
         self.birge_ratio = max(math.sqrt(2.0 * float(found.cost) / self.counts.size), 1.0)
         wider = np.minimum(self.birge_ratio, self.prior / np.sqrt(np.diag(covariance)))
-        return np.asarray(unknown[:count]), np.asarray(covariance * np.outer(wider, wider))
+        factors, _, winds_m_s = self._apart(unknown)
+        return factors, winds_m_s, np.asarray(covariance * np.outer(wider, wider))
 
     @property
     def residuals_w(self) -> FloatArray:
         """Power of each steady flight by the narrowed law, less what was measured. [W]"""
         measured = np.exp(self.measured)
-        return np.asarray(np.exp(self._log_powers(self.narrowed)) - measured)
+        return np.asarray(np.exp(self._log_powers(self.narrowed, self.winds_m_s)) - measured)
 
     @property
     def factors(self) -> tuple[NarrowedFactor, ...]:

@@ -505,6 +505,8 @@ class MeasuredPower(Value):
     """Name of the log and number of the flight, ``log#1``."""
     start_s: float = 0.0
     """When it begins, in the flight. [s]"""
+    is_one_way: bool = False
+    """Whether its flight heads one way in a wind that nothing tells: the airspeed is that over ground."""
     parts: tuple[FlownPart, ...] = ()
     """Seconds of a manoeuvre: the mean power of what changes is not the power of the mean."""
 
@@ -581,9 +583,13 @@ _GROUND_EFFECT_S = 3.0
 
 
 def steady_flight(
-    record: FlightRecord, *, air_density_kg_m3: FloatArray, mass_kg: float | None = None
+    record: FlightRecord,
+    *,
+    air_density_kg_m3: FloatArray,
+    mass_kg: float | None = None,
+    is_one_way: bool = False,
 ) -> tuple[MeasuredPower, ...]:
-    """Mean powers of all steady flight of a record.
+    """Mean powers of all steady flight of a record, which may head one way in a wind that nothing tells.
 
     In the order flown; none where the log holds no power or no motion.
     """
@@ -613,6 +619,7 @@ def steady_flight(
                     air_density_kg_m3=float(air_density_kg_m3[part].mean()),
                     mass_kg=mass_kg,
                     start_s=float(record.time_s[first]),
+                    is_one_way=is_one_way,
                 )
             )
     return tuple(found)

@@ -17,6 +17,7 @@ from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import IdentificationSettings
 from planner.identify.flown_mission import loads_let_go
 from planner.identify.identification import identify_vehicle
+from planner.identify.lean import UNTOLD_WIND_M_S
 from planner.identify.log_table import LogConditions, LogTable
 from planner.identify.refinement import PowerUpdate, narrowed_power, refine_vehicle
 from planner.identify.segments import MeasuredPower
@@ -105,6 +106,28 @@ def test_truth_lies_within_what_is_still_uncertain() -> None:
     for one in update.factors:
         off = abs(np.log(one.value / _TRUE.get(one.name, 1.0)))
         assert off < 2.0 * one.after
+
+
+@pytest.mark.parametrize("wind_m_s", [-4.0, 0.0, 4.0, 6.0])
+def test_power_of_one_way_is_not_taken_for_that_of_its_speed_over_ground(wind_m_s: float) -> None:
+    # flown at 6, 9 and 11 m/s through the air
+    flown = _flown(_sheet(), [(0.0, 0.0), (6.0, 0.0), (9.0, 0.0), (11.0, 0.0)], error=0.002)
+    over_ground = [
+        replace(one, airspeed_m_s=one.airspeed_m_s + wind_m_s * (one.airspeed_m_s > 0.0))
+        for one in flown
+    ]
+    one_way = PowerUpdate(_sheet(), [replace(one, is_one_way=True) for one in over_ground])
+    told = {one.name: one for one in one_way.factors}
+    for name, one in told.items():
+        assert abs(np.log(one.value / _TRUE.get(name, 1.0))) < 2.0 * one.after
+    assert one_way.winds_m_s == pytest.approx([wind_m_s], abs=2.0 * UNTOLD_WIND_M_S)
+    # to and fro tells more, if there was no wind
+    to_and_fro = {one.name: one for one in PowerUpdate(_sheet(), over_ground).factors}
+    drag, certain = told["drag_area_m2"], to_and_fro["drag_area_m2"]
+    if wind_m_s == 0.0:
+        assert certain.after < drag.after < drag.before
+    if wind_m_s >= 6.0:
+        assert certain.value < 0.7 * drag.value
 
 
 def test_what_no_flight_shows_keeps_its_prior() -> None:

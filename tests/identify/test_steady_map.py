@@ -70,6 +70,25 @@ def test_the_power_comes_back_within_the_share_the_priors_may_move_it() -> None:
     assert found.cells == len(CELLS)
 
 
+def test_speeds_over_ground_of_flights_one_way_do_not_move_the_power_of_others() -> None:
+    # 6 m/s behind another flight of the same vehicle: what it flies at 9 m/s looks like 15 m/s
+    blown = [
+        replace(one, airspeed_m_s=one.airspeed_m_s + 6.0, source="b#1")
+        for one in flights()
+        if one.airspeed_m_s >= 6.0
+    ]
+    mixed = fit_steady_map([*flights(), *(replace(one, is_one_way=True) for one in blown)])
+    for flight in flights():
+        [error] = mixed.residuals_w([flight])
+        assert abs(error) < 0.01 * flight.power_w  # as without it, above
+    assert mixed.behind_m_s["b#1"] == pytest.approx(6.0, abs=0.5)
+    # taken for the airspeed it is, it says that 15 m/s cost a tenth less
+    [error] = fit_steady_map([*flights(), *blown]).residuals_w(
+        [one for one in flights() if one.airspeed_m_s == 15.0][:1]
+    )
+    assert error < -0.05 * max(one.power_w for one in flights())
+
+
 def test_the_numbers_come_back_within_their_errors() -> None:
     found = fit_steady_map(flights(noise_w=1.0))
     for estimate in found.estimates:
