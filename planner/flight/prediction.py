@@ -518,6 +518,7 @@ class Trace(Value, eq=False):
     longitude_deg: FloatArray
     height_above_home_m: FloatArray
     altitude_amsl_m: FloatArray
+    """NaN where the altitude of home is not known."""
     ground_speed_m_s: FloatArray
     climb_rate_m_s: FloatArray
     power_w: FloatArray
@@ -555,7 +556,7 @@ def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPL
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,
         height_above_home_m=height_m,
-        altitude_amsl_m=height_m + route.home_amsl_m,
+        altitude_amsl_m=height_m + (route.home_amsl_m if route.knows_home_amsl else np.nan),
         ground_speed_m_s=state.ground_speed_m_s,
         climb_rate_m_s=climb_m_s,
         power_w=flight.power_w(time_s),

@@ -8,6 +8,8 @@ import math
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planner import quantity
 from planner.errors import libraries_of
 from planner.report.json import SEGMENT_KEYS
@@ -37,7 +39,12 @@ def columns_parquet(columns: Mapping[str, Iterable[object]]) -> bytes:
     """
     arrow, parquet = load_parquet()
     table = arrow.table(
-        {name: arrow.array([*column], from_pandas=True) for name, column in columns.items()}
+        {  # of an array with its own type, also where all of it is absent
+            name: arrow.array(
+                column if isinstance(column, np.ndarray) else [*column], from_pandas=True
+            )
+            for name, column in columns.items()
+        }
     )
     data = io.BytesIO()
     parquet.write_table(table, data)

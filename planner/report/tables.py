@@ -448,14 +448,15 @@ def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[R
     known = assessment.vehicle.is_power_known
     kept = _extremes(
         trace.time_s,
-        (trace.power_w, trace.altitude_amsl_m, trace.ground_speed_m_s),
+        (trace.power_w, trace.height_above_home_m, trace.ground_speed_m_s),
         most_rows // _EXTREMES,
     )
     east_m, north_m = assessment.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
     columns = {
         "time_min": _rounded(trace.time_s / 60.0, 4),
         "item": trace.item.tolist(),
-        "altitude_amsl_m": _rounded(trace.altitude_amsl_m, 2),
+        # of an unknown home it is that above home, and drawn as such
+        "altitude_amsl_m": _rounded(trace.height_above_home_m + assessment.route.home_amsl_m, 2),
         "speed_m_s": _rounded(trace.ground_speed_m_s, 2),
         "east_m": _rounded(east_m, 1),
         "north_m": _rounded(north_m, 1),

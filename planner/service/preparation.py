@@ -228,12 +228,12 @@ _NO_PLANES = frozenset({"FRAME_CLASS", "FS_THR_ENABLE"})
 def _is_of_copter(setup: Setup) -> bool:
     """Return whether ArduCopter is asked for, or parameters are given that no plane has.
 
-    Without parameters the vehicle tells: all models are of multicopters.
+    Without parameters what flies it tells: all models are of multicopters.
     """
     if setup.target is not None and setup.target.autopilot is Autopilot.ARDUPILOT:
         return True
     if setup.parameters is None:
-        return setup.vehicle.reference is Autopilot.ARDUPILOT
+        return setup.flown_by is Autopilot.ARDUPILOT
     from planner.vehicle.parameters.resolve import COPTER_ONLY
 
     return not (COPTER_ONLY | _NO_PLANES).isdisjoint(setup.parameters.values)

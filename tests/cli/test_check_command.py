@@ -237,6 +237,35 @@ def test_a_trace_called_parquet_is_parquet_or_refused_before_anything_is_checked
     )
 
 
+def test_a_trace_has_no_altitudes_above_a_home_of_unknown_altitude() -> None:
+    rows = (  # a home at 0 m, as programs write that do not know it
+        "0\t1\t0\t16\t0\t0\t0\t0\t47.4\t8.5\t0\t1",
+        "1\t0\t3\t22\t0\t0\t0\t0\t47.4\t8.5\t20\t1",
+        "2\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1",
+    )
+    Path("up.waypoints").write_text("\n".join(("QGC WPL 110", *rows, "")), encoding="utf-8")
+    asked = ["check", "up.waypoints", "--vehicle", "dji-f450", "--exit-zero", "--trace"]
+    assert main([*asked, "t.csv"]) == main([*asked, "k.csv", "--home-amsl", "300"]) == 0
+    unknown, known = (_trace_rows(name) for name in ("t.csv", "k.csv"))
+    assert {row["altitude_amsl_m"] for row in unknown} == {""}
+    heights_m = [float(row["height_above_home_m"]) for row in unknown]
+    assert max(heights_m) >= 19.5
+    above_m = [float(row["altitude_amsl_m"]) - 300.0 for row in known]
+    assert above_m == pytest.approx([float(row["height_above_home_m"]) for row in known])
+    if find_spec("pyarrow") is not None:
+        assert main([*asked, "t.parquet"]) == 0
+        from pyarrow.parquet import read_table
+
+        table = read_table("t.parquet")
+        assert table.column("altitude_amsl_m").null_count == len(table) == len(unknown)
+        assert str(table.schema.field("altitude_amsl_m").type) == "double"
+
+
+def _trace_rows(name: str) -> list[dict[str, str]]:
+    with Path(name).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def test_a_trace_is_of_one_mission(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", mission, mission, "--trace", "t.csv"]) == 2
     assert "--trace" in capsys.readouterr().err

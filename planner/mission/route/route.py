@@ -465,9 +465,9 @@ OTHER_VEHICLE = Rule(
     "patterns, which are for such vehicles, are not repeated.  All 22 public text files that this "
     "fires on are of aircraft.  A warning where a take-off pitch is all there is: multicopters take off "
     "without it, and fly the rest as predicted; so where --target is ArduCopter, which knows DO_LAND_START, "
-    "or the parameters of --params are its own, or without them the vehicle is a model of ArduCopter's, and "
-    "where the file names a helicopter, or FRAME_CLASS (8 to 10) one or two rotors with flaps or tilt: flown "
-    "as predicted, if the model is one of it.",
+    "or the parameters of --params are its own, or without them ArduPilot flies it (the model's own, or "
+    "--autopilot), and where the file names a helicopter, or FRAME_CLASS (8 to 10) one or two rotors with "
+    "flaps or tilt: flown as predicted, if the model is one of it.",
     fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle",
     instead="a plan, which names its vehicle, ArduCopter's parameters with --params, or --target",
 )
