@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from planner import catalogue, quantity
 from planner.arrays import keep_freed_memory
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
 from planner.errors import (
     CheckFailedError,
     MavjouleError,
@@ -30,6 +30,7 @@ from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_returns, return_limits_wh, sweep_returns_each
 from planner.mission.files import read_mission
 from planner.mission.route.route import NOTHING_TO_FLY
+from planner.mission.takers import BOTH, unless_named
 from planner.physics.atmosphere import standard_temperature_c
 from planner.presented import PresentedCheck
 from planner.quantity import mean_of, sd_of
@@ -222,6 +223,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         findings += _at_two_deviations(prepared, assessment, findings)
         if steps.judges_file:
             findings += _at_own_speeds(prepared, findings)
+            findings += _by_others(prepared, assessment, findings)
     else:
         findings = [
             *prepared.findings,
@@ -300,6 +302,39 @@ def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[
     if any(one.code == SPEED_REPLACED.code for one in prepared.findings):
         again = prepare(prepared.mission, replace(prepared.setup, speed_m_s=None))
         yield from _further_errors(again, found, "at the speeds of the file, which are flown")
+
+
+_AT_THE_DESK = frozenset({"M110", "M126"})
+"""What shows as a mission is uploaded, where whoever refuses it does not fly it; told of both already."""
+
+
+def _by_others(
+    prepared: Preparation, assessment: Assessment, found: Sequence[Finding]
+) -> Iterator[Finding]:
+    """Yield the errors of a mission as each autopilot would fly it that may, where nobody is named.
+
+    A go holds whoever flies it.
+    """
+    setup = prepared.setup
+    reported, _ = setup.selection.divide(found, file=prepared.mission.source)
+    if assessment.named is not None or any(one.severity is Severity.ERROR for one in reported):
+        return
+    assumed = None if assessment.target is None else assessment.target.autopilot
+    for by in (one for one in BOTH if one in assessment.may_fly and one is not assumed):
+        other = assess(prepare(prepared.mission, _flown_by(by, setup)))
+        if other is None:
+            continue
+        note = unless_named(f"flown by {by.label}", assessment.may_fly)
+        for one in _errors_of(other, found, note):
+            if one.code not in _AT_THE_DESK:
+                yield one
+
+
+def _flown_by(autopilot: Autopilot, setup: Setup) -> Setup:
+    """Return a setup with an autopilot named: whose rules count for reference steps, else who flies."""
+    if setup.flown_by is Autopilot.STEP:
+        return replace(setup, target=Target(autopilot=autopilot))
+    return replace(setup, autopilot=autopilot)
 
 
 _LIMITS = frozenset({"E103", "E104", "E110", "E114", "E116", "E120", "E122", "E133"})
