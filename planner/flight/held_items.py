@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +14,7 @@ from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.commands import Command
 from planner.mission.route.queue import HELD_BACK, soonest
-from planner.mission.route.stage import LEVEL_FIRST, FenceAction, StageKind
+from planner.mission.route.stage import LEVEL_FIRST, FenceAction, OtherRoute, StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.values import Value, replace
 
@@ -46,8 +48,12 @@ _PLACE_ERROR_M = 1.0
 _LEFT_M = 0.1
 """A return that has got so far has begun its way home. [m]"""
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
+_ENDS = frozenset({None, 0.0, 1.0})
+"""Fractions of a leg at which it is not divided: nowhere, its beginning, its end."""
 _SAME_S = 0.5
 """Flights that take so little longer take the same time. [s]"""
+_MOST_OTHERS = 7
+"""Flights looked at besides the one predicted: of three speeds that may be carried out or not."""
 _SAMPLES = 1000
 """Times at which the distance to the place of a leg is looked at."""
 
@@ -82,6 +88,8 @@ class _QueuedMission(Value):
     mission: Mission
     make: Callable[[Mapping[int, float]], Route]
     flights: QueueFlights
+    pinned: Mapping[int, float | None]
+    """Where visits are carried out, whatever their times say; ``None``: nowhere. [-]"""
 
 
 class _Settled(Value):
@@ -93,6 +101,8 @@ class _Settled(Value):
     """``None``: nowhere. [-]"""
     finding: Finding | None = None
     """That it may be another."""
+    others: tuple[float | None, ...] = ()
+    """The first and last where it may be as well, as its conditions are met as its leg ends. [-]"""
 
 
 def route_with_queue(
@@ -103,25 +113,32 @@ def route_with_queue(
     ``make`` lays the route out by where on their legs they are carried out.  When that is depends on the
     flight, and the flight on it: it is predicted until neither changes.
     """
-    queued = _QueuedMission(mission=mission, make=make, flights=flights)
+    return _route_with(_QueuedMission(mission=mission, make=make, flights=flights, pinned={}))
+
+
+def _route_with(queued: _QueuedMission) -> Route:
+    make, flights = queued.make, queued.flights
     firings: dict[int, float] = {}
     before: dict[int, float] = {}
-    close: set[int] = set()
+    close = _Close()
     settled: list[_Settled] = []
     route = make(firings)
     for _ in range(_MOST_PASSES):
         if not route.held or not route.stages:
             return route
         every = flights.times(route)
-        if sum(_is_open(one, every) for one in route.held) > _MOST_ALONE:
-            return _unsettled(mission, route)
-        close |= {one.item for one in route.held if _is_close(mission, one, every)}
-        settled = [_settled(queued, one, every, firings) for one in route.held]
+        close.add(queued.mission, route.held, every)
+        if (
+            sum(_is_open(one, every) or one.visit in close.speeds for one in route.held)
+            > _MOST_ALONE
+        ):
+            return _unsettled(queued.mission, route)
+        settled = [_settled(queued, one, every, firings, close) for one in route.held]
         found = _firings(settled)
         if found.keys() == firings.keys() and all(
             abs(found[visit] - firings[visit]) < _SAME for visit in found
         ):
-            return _told(mission, route, settled, every, close)
+            return _told(queued, route, settled, every, close)
         before, firings = firings, found
         route = make(firings)
     other = make(before)
@@ -129,12 +146,33 @@ def route_with_queue(
         every, last = flights.times(route), flights.times(other)
         if last[0].flight_s > every[0].flight_s:
             route, every = other, last
-        return _told(mission, route, settled, every, close)
+        return _told(queued, route, settled, every, close)
     if len(route.held) > _MOST_ALONE:
-        return _unsettled(mission, route)
+        return _unsettled(queued.mission, route)
     settled = _one_by_one(queued, route.held)
     route = make(_firings(settled))
-    return _told(mission, route, settled, flights.times(route), close)
+    return _told(queued, route, settled, flights.times(route), close)
+
+
+class _Close:
+    """Items whose conditions are met so near to the end of a leg that either may be first."""
+
+    def __init__(self) -> None:
+        self.items: set[int] = set()
+        """Those of which that is an error."""
+        self.speeds: set[int] = set()
+        """Visits of speeds that are flown either way: each the only one of its leg."""
+
+    def add(self, mission: Mission, held: Iterable[HeldItem], every: Sequence[_Times]) -> None:
+        """Add those that are by the times of one more prediction."""
+        on_legs = Counter(one.last_stage for one in held if one.command is Command.DO_CHANGE_SPEED)
+        for one in held:
+            if not _is_close(mission, one, every):
+                continue
+            if one.command is Command.DO_CHANGE_SPEED and on_legs[one.last_stage] == 1:
+                self.speeds.add(one.visit)
+            else:
+                self.items.add(one.item)
 
 
 def _firings(settled: Iterable[_Settled]) -> dict[int, float]:
@@ -142,20 +180,43 @@ def _firings(settled: Iterable[_Settled]) -> dict[int, float]:
 
 
 def _told(
-    mission: Mission,
+    queued: _QueuedMission,
     route: Route,
     settled: Sequence[_Settled],
     every: Sequence[_Times],
-    close: Container[int],
+    close: _Close,
 ) -> Route:
-    """Return a route with what becomes of its items held back."""
+    """Return a route with what becomes of its items held back, and those that are as likely."""
+    mission = queued.mission
     by_visit = {one.item.visit: one for one in settled}
     told = [
         replace(each, item=replace(one, conditions=each.item.conditions))
         for one in route.held
         for each in (by_visit[one.visit],)
     ]
-    return replace(route, findings=(*route.findings, *_reported(mission, told, every, close)))
+    either = [] if queued.pinned else [one for one in told if one.others]
+    others: tuple[OtherRoute, ...] = ()
+    if math.prod(1 + len(one.others) for one in either) - 1 > _MOST_OTHERS:
+        close.items |= {one.item.item for one in either}
+    else:
+        others = tuple(_others(queued, either))
+    found = (*route.findings, *_reported(mission, told, every, close.items))
+    return replace(route, findings=found, others=others)
+
+
+def _others(queued: _QueuedMission, either: Sequence[_Settled]) -> Iterator[OtherRoute]:
+    """Yield the routes on which speeds are carried out elsewhere than predicted, or nowhere."""
+    every = product(*((one.fraction, *one.others) for one in either))
+    next(every)  # as predicted
+    for places in every:
+        pinned = {one.item.visit: at for one, at in zip(either, places, strict=True)}
+        moved = {
+            one.item.item: "never carried out" if at is None else "carried out"
+            for one, at in zip(either, places, strict=True)
+            if at != one.fraction
+        }
+        note = " and ".join(f"item {item} is {what}" for item, what in moved.items())
+        yield OtherRoute(route=_route_with(replace(queued, pinned=pinned)), note=f"if {note}")
 
 
 def _unsettled(mission: Mission, route: Route) -> Route:
@@ -208,10 +269,16 @@ def _is_close(mission: Mission, one: HeldItem, every: Sequence[_Times]) -> bool:
 
 
 def _settled(
-    queued: _QueuedMission, one: HeldItem, every: Sequence[_Times], firings: Mapping[int, float]
+    queued: _QueuedMission,
+    one: HeldItem,
+    every: Sequence[_Times],
+    firings: Mapping[int, float],
+    close: _Close,
 ) -> _Settled:
     """Return where an item is carried out by flights ``every`` that carry out at ``firings``."""
-    if not _is_open(one, every):
+    if one.visit in queued.pinned:
+        return _Settled(item=one, fraction=queued.pinned[one.visit])
+    if not _is_open(one, every) and one.visit not in close.speeds:
         fraction = every[0].fraction(one)
         if fraction is not None and one.command is Command.DO_FENCE_ENABLE:
             # Where the leg may last longer it is on from the first place, and off from the last.
@@ -228,23 +295,19 @@ def _as_it_takes_longest(
 ) -> _Settled:
     """Return where a speed is carried out by which the flight takes longest, others at ``others``.
 
-    The turn before it may be the longest or none, its leg last longer or not; on a curve it changes at one
-    of the ends.  Until then the leg is flown as without it.
+    The turn before it may be the longest or none, its leg last longer or not, or be over just then; on a
+    curve it changes at one of the ends.  Until then the leg is flown as without it.
     """
     make, flights = queued.make, queued.flights
     route = make(others)
     every = flights.times(route)
     one = next(each for each in route.held if each.visit == visit)
-    possible: dict[float | None, HeldItem] = {}
-    is_bent = False
-    for times in every:
-        for waits in (one, replace(one, conditions=soonest(one.conditions))):
-            at = times.fraction(waits)
-            is_within = times.changes_a_curve(one) and at not in {None, 0.0, 1.0}
-            is_bent |= is_within
-            for end in (1.0, 0.0) if is_within else (at,):
-                if not any(_is_same(end, known) for known in possible):
-                    possible[end] = waits
+    if visit in queued.pinned:
+        return _Settled(item=one, fraction=queued.pinned[visit])
+    waiting = [(times, waits) for times in every for waits in _waits(one)]
+    is_bent = any(_is_within_a_curve(times, waits) for times, waits in waiting)
+    is_close = any(times.is_close(waits) for times, waits in waiting)
+    possible = _possible(one, every)
     if len(possible) == 1:
         [(at, waits)] = possible.items()
         return _Settled(item=waits, fraction=at)
@@ -255,15 +318,57 @@ def _as_it_takes_longest(
     longest = max(possible, key=lambda at: lasts_s[at])
     added_s = lasts_s[longest] - min(lasts_s.values())
     finding = None
-    if is_bent or (added_s > _SAME_S and _may_be_dropped(one, every)):
+    if is_bent or is_close or (added_s > _SAME_S and _may_be_dropped(one, every)):
         finding = _bounded(queued.mission, one, every, longest, added_s, is_bent=is_bent)
-    return _Settled(item=possible[longest], fraction=longest, finding=finding)
+    elsewhere: tuple[float | None, ...] = ()
+    if is_close:
+        in_order = sorted(possible, key=lambda at: math.inf if at is None else at)
+        elsewhere = tuple(at for at in (in_order[0], in_order[-1]) if at != longest)
+    return _Settled(item=possible[longest], fraction=longest, finding=finding, others=elsewhere)
+
+
+def _waits(one: HeldItem) -> tuple[HeldItem, HeldItem]:
+    """Return an item as it waits for the longest turn, and for none."""
+    return one, replace(one, conditions=soonest(one.conditions))
+
+
+def _is_within_a_curve(times: _Times, one: HeldItem) -> bool:
+    return times.changes_a_curve(one) and times.fraction(one) not in _ENDS
+
+
+def _possible(one: HeldItem, every: Sequence[_Times]) -> dict[float | None, HeldItem]:
+    """Return where on its leg an item may be carried out, with the conditions that are met so."""
+    possible: dict[float | None, HeldItem] = {}
+    for times in every:
+        for waits in _waits(one):
+            at = times.fraction(waits)
+            ends = [1.0, 0.0] if _is_within_a_curve(times, waits) else [at]
+            if times.is_close(waits):
+                is_curve = times.changes_a_curve(one)
+                ends += [None, 1.0, 0.0 if is_curve else times.fraction(_sooner(waits))]
+            for end in ends:
+                if not any(_is_same(end, known) for known in possible):
+                    possible[end] = waits
+    return possible
 
 
 def _is_same(one: float | None, other: float | None) -> bool:
     if one is None or other is None:
         return one is other
     return abs(one - other) < _SAME
+
+
+def _sooner(one: HeldItem) -> HeldItem:
+    """Return an item whose conditions are met as soon on its leg as one may err that ends with it."""
+    sooner = tuple(
+        replace(
+            each,
+            wait_s=each.wait_s / (1.0 + _LEG_ERROR),
+            within_m=each.within_m and each.within_m + _PLACE_ERROR_M,
+        )
+        for each in one.conditions
+    )
+    return replace(one, conditions=sooner)
 
 
 def _may_be_dropped(one: HeldItem, every: Sequence[_Times]) -> bool:
@@ -288,10 +393,12 @@ def _bounded(
             f"straight leg: predicted {ends[at]}"
         )
     else:
-        what = f"{_after(one)}, {_over(one, every)}: predicted as "
+        over = _over_with_it(one) if _is_close_by(one, every) else _over(one, every)
+        what = f"{_after(one)}, and {over}: predicted as "
         what += "never carried out" if at is None else "carried out"
+    longer = f", which takes {quantity.duration(added_s)} longer"
     return ITEM_NOT_MODELLED.finding(
-        f"{what}, which takes {quantity.duration(added_s)} longer",
+        what + longer * (is_bent or added_s > _SAME_S),
         item=one.item,
         place=mission.items[one.item - 1].place,
     )
@@ -303,9 +410,25 @@ def _after(one: HeldItem) -> str:
 
 def _over(one: HeldItem, every: Sequence[_Times]) -> str:
     """Return when the leg of an item may be over, in words."""
+    if not _may_last(one, every):
+        return _over_with_it(one)
     spans_s = [end_s - begin_s for begin_s, end_s in (times.span_s(one) for times in every)]
     soon, late = quantity.duration(min(spans_s)), quantity.duration(max(spans_s))
+    if soon == late:
+        return f"the leg may be over after {soon}, or just later"
     return f"the leg may be over after {soon} or after {late}"
+
+
+def _over_with_it(one: HeldItem) -> str:
+    """Return that the leg of an item may be over just as its condition is met, in words."""
+    within = quantity.percent(_LEG_ERROR)
+    if one.conditions[-1].within_m is not None:
+        within = quantity.distance(_PLACE_ERROR_M)
+    return f"the leg is over within {within} of that"
+
+
+def _is_close_by(one: HeldItem, every: Sequence[_Times]) -> bool:
+    return any(times.is_close(one) for times in every)
 
 
 def _one_by_one(queued: _QueuedMission, held: tuple[HeldItem, ...]) -> list[_Settled]:
@@ -460,15 +583,13 @@ def _reported(
         rule = HELD_BACK
         severity: Severity | None = None
         if one.item in close:
-            over = f"the leg is over within {quantity.percent(_LEG_ERROR)} of that"
-            if one.conditions[-1].within_m is not None:
-                over = f"the leg is over within {quantity.distance(_PLACE_ERROR_M)} of that"
-            elif not any(each.is_close(one) for each in every):
+            over = _over_with_it(one)
+            if one.conditions[-1].within_m is None and not _is_close_by(one, every):
                 over = _over(one, every)
             elif at_s is None and _may_turn(one):
                 over = "the leg may be over before the turn is, or not"
             rule, severity = ITEM_NOT_MODELLED, Severity.ERROR
-            is_placed = over == _over(one, every) and at_s is not None
+            is_placed = over == _over(one, every) != _over_with_it(one) and at_s is not None
             is_placed &= all(each.fires_s(one) is not None for each in every)
             what = "where" if is_placed else "whether"
             message = f"{_after(one)}, and {over}: {what} it is carried out cannot be predicted"

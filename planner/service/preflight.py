@@ -218,6 +218,7 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     if assessment is not None:
         found, checked = steps.judge(assessment, setup.selection)
         findings = [*assessment.findings, *found]
+        findings += _by_what_is_held_back(prepared, findings)
         findings += _over_known_terrain(prepared, findings)
         findings += _over_other_ground(prepared, assessment, findings)
         findings += _at_two_deviations(prepared, assessment, findings)
@@ -258,6 +259,12 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         assessment=assessment,
         checked=checked,
     )
+
+
+def _by_what_is_held_back(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield the errors of a flight only where speeds that may be carried out, or not, are the other way."""
+    for other in prepared.route.others:
+        yield from _further_errors(replace(prepared, route=other.route), found, other.note)
 
 
 def _over_known_terrain(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:

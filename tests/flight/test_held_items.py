@@ -380,25 +380,118 @@ def test_a_return_with_a_speed_held_back_takes_what_its_two_spans_take(
     assert held == pytest.approx(by_hand, abs=2.0 * (fast / 2.5 + 2.5) + 6.0)
 
 
+HOME_ON_THE_WAY = item(179, north(50), 0.0)
+PLENTY = Battery(capacity_wh=170.0)
+
+
+def ends_with_its_leg(
+    share: float, *queue: MissionItem, battery: Battery = PLENTY, wind: Wind = CALM
+) -> CheckResult:
+    """Fly items held back for a share of the time of a leg of 100 m at 6 m/s, and 500 m more."""
+    vehicle = load_vehicle(VEHICLES[ARDUPILOT])
+    begun, rest = (takeoff(20.0), speed(6.0)), (waypoint(100.0, 20.0), waypoint(600.0, 20.0), rtl())
+    plain = check(mission(*begun, *rest), vehicle, battery=PLENTY, wind=wind)
+    leg_s = arrival_s(plain, 3) - arrival_s(plain, 1)
+    held = mission(*begun, delay(share * leg_s), *queue, *rest)
+    return check(held, vehicle, battery=battery, wind=wind, reserve=0.0)
+
+
+def errors(result: CheckResult) -> list[str]:
+    return [one.message for one in result.findings if one.severity is Severity.ERROR]
+
+
 @pytest.mark.parametrize(
     ("share", "made", "expected"),
     [
-        (0.90, speed(3.0), False),
-        (0.97, speed(3.0), True),
-        (1.03, speed(3.0), True),
-        (1.10, speed(3.0), False),
+        (0.90, HOME_ON_THE_WAY, False),
+        (0.97, HOME_ON_THE_WAY, True),
+        (1.03, HOME_ON_THE_WAY, True),
+        (1.10, HOME_ON_THE_WAY, False),
         (0.97, photo(), False),  # changes nothing that is judged
     ],
 )
-def test_a_wait_that_ends_with_its_leg_is_not_predicted(
+def test_a_home_whose_wait_ends_with_its_leg_is_not_predicted(
     share: float, made: MissionItem, *, expected: bool
 ) -> None:
-    plain = flown(takeoff(20.0), waypoint(100.0, 20.0), waypoint(200.0, 20.0), rtl())
-    leg_s = arrival_s(plain, 2) - arrival_s(plain, 1)
-    items = (takeoff(20.0), delay(share * leg_s), made, waypoint(100.0, 20.0))
-    result = flown(*items, waypoint(200.0, 20.0), rtl())
-    told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
-    assert bool(told) == expected
+    told = [one for one in errors(ends_with_its_leg(share, made)) if "held back" in one]
+    assert len(told) == expected
+    assert all("the leg is over within 5 % of that: whether it is carr" in one for one in told)
+
+
+# Within 5 % of the end of its leg it may be carried out or not.  500 m on take 250 s at 2 m/s, 83 s at 6 m/s
+# if it is dropped, 56 s at 9 m/s.
+@pytest.mark.parametrize(
+    ("share", "then_m_s", "told", "next_s"),
+    [
+        (0.90, 2.0, [], 250.0),
+        (0.97, 2.0, [Severity.WARNING], 250.0),
+        (1.03, 2.0, [Severity.WARNING], 250.0),
+        (1.10, 2.0, [], 83.0),
+        (0.90, 9.0, [], 56.0),
+        (0.97, 9.0, [Severity.WARNING], 83.0),
+        (1.03, 9.0, [Severity.WARNING], 83.0),
+    ],
+)
+def test_a_speed_whose_wait_ends_with_its_leg_is_predicted_as_the_flight_takes_longer(
+    share: float, then_m_s: float, told: list[Severity], next_s: float
+) -> None:
+    """Flown in ArduPilot's SITL with 8 s on a leg of 9.8 s: 85.4 s with 4, 6 and 9 m/s; 87 told with 6."""
+    result = ends_with_its_leg(share, speed(then_m_s))
+    assert not_known(result, 4) == told
+    assert errors(result) == []
+    assert arrival_s(result, 6) - arrival_s(result, 5) == pytest.approx(next_s, abs=8.0)
+
+
+@pytest.mark.parametrize("share", [0.97, 1.03])
+@pytest.mark.parametrize(("part", "is_short"), [(0.98, True), (1.15, False)])
+def test_the_battery_has_to_hold_the_longer_flight_where_a_wait_ends_with_its_leg(
+    share: float, part: float, *, is_short: bool
+) -> None:
+    """That with the speed for sure; without it three fifths of that are enough.  Losses take a tenth."""
+    need_wh = ends_with_its_leg(0.90, speed(2.0)).totals.energy_wh
+    pack = Battery(capacity_wh=part * need_wh)
+    result = ends_with_its_leg(share, speed(2.0), battery=pack)
+    assert ("E101" in {one.code for one in result.findings}) is is_short
+
+
+def test_a_speed_that_may_be_carried_out_is_judged_both_ways() -> None:
+    """6 m/s take longer, and are predicted; 20 m/s against 6 m/s draw more than the battery gives."""
+    norther, pack = Wind(speed_m_s=6.0, from_deg=0.0), Battery(capacity_wh=30.0)
+
+    def told(share: float) -> tuple[set[str], list[str]]:
+        result = ends_with_its_leg(share, speed(20.0), battery=pack, wind=norther)
+        return {one.code for one in result.findings if one.severity is Severity.ERROR}, [
+            one.message for one in result.findings if one.code == "E110"
+        ]
+
+    never, sure = told(1.1)[0], told(0.9)[0]
+    assert "E110" in sure - never
+    for share in (0.97, 1.03):
+        codes, messages = told(share)
+        assert codes >= {"E105", "E110"} | never
+        assert [one.endswith("(if item 4 is carried out)") for one in messages] == [True]
+
+
+def test_two_speeds_of_one_leg_that_may_be_carried_out_are_not_predicted() -> None:
+    for queue, told in (((4.0,), {Severity.WARNING}), ((4.0, 3.0), {Severity.ERROR})):
+        result = ends_with_its_leg(0.97, *[speed(one) for one in queue])
+        assert {one.severity for one in result.findings if one.code == "T102"} == told
+
+
+def test_more_speeds_than_three_that_may_be_carried_out_are_not_predicted() -> None:
+    """Each behind a place, 100 m at 10 m/s: 3 other flights of two, 15 of four."""
+
+    def told(many: int) -> set[Severity]:
+        legs = [waypoint(100.0 * number, 20.0, hold_s=1.0) for number in range(1, many + 2)]
+        plain = flown(takeoff(20.0), speed(10.0), *legs, rtl())
+        begun = arrival_s(plain, 3) + 1.0
+        wait_s = 0.99 * (arrival_s(plain, 4) + 1.0 - begun)
+        held = [one for leg in legs[1:] for one in (delay(wait_s), speed(10.0), leg)]
+        result = flown(takeoff(20.0), speed(10.0), legs[0], *held, rtl())
+        return {one.severity for one in result.findings if one.code == "T102"}
+
+    assert told(2) == {Severity.WARNING}
+    assert told(4) == {Severity.ERROR}
 
 
 @pytest.mark.parametrize(
@@ -406,14 +499,14 @@ def test_a_wait_that_ends_with_its_leg_is_not_predicted(
     # ArduCopter asks for a distance below it: below 0 m none is, however near it stops.
     [(0.0, False), (0.5, True), (0.9, True), (1.1, False), (5.0, False)],
 )
-def test_a_distance_that_is_reached_with_the_place_is_not_predicted(
+def test_a_distance_that_is_reached_with_the_place_is_predicted_as_the_flight_takes_longer(
     near_m: float, *, expected: bool
 ) -> None:
     """It stops at the place, recorded copters up to 0.8 m off."""
     legs = (takeoff(20.0), waypoint(100.0, 20.0), distance(near_m), speed(3.0))
     result = flown(*legs, waypoint(200.0, 20.0), rtl())
-    told = [one for one in result.findings if one.code == "T102" and "cannot be pre" in one.message]
-    assert [one.severity for one in told] == [Severity.ERROR] * expected
+    told = [one for one in result.findings if one.code == "T102"]
+    assert [one.severity for one in told] == [Severity.WARNING] * expected
     assert all("within 1.0 m of that" in one.message for one in told)
     # What is said of it instead: never, or when.
     assert held_back(result) == {0.0: [Severity.WARNING], 0.5: [], 0.9: []}.get(

@@ -193,6 +193,14 @@ class ParachuteSwitch(Value):
     item: int
 
 
+class OtherRoute(Value):
+    """A route that is as likely as the one predicted."""
+
+    route: Route
+    note: str
+    """What makes the difference: ``if item 4 is never carried out``."""
+
+
 class Route(Value, dict=True):
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
@@ -220,6 +228,8 @@ class Route(Value, dict=True):
     """Height above home that the mission's file states for returns. [m]"""
     held: tuple[HeldItem, ...] = ()
     """Items that conditions hold back, in flown order."""
+    others: tuple[OtherRoute, ...] = ()
+    """What may be flown as well, where speeds held back may be carried out or not."""
     findings: tuple[Finding, ...] = ()
 
     @cached_property

@@ -80,8 +80,9 @@ ITEM_NOT_MODELLED = Rule(
     "warning below 5 m, 10 m above the ground and without --terrain); on PX4 behind a LOITER_TIME of less "
     "than 4 s, or a LOITER_TO_ALT of another height, with parameter 4, and at a DO_CHANGE_SPEED taken back "
     "at once; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of "
-    "where the leg is over, and holds back a speed, a home or the fence.  A note of a landing that "
-    "ArduCopter from 4.7 on begins to fly slowly too high.",
+    "where the leg is over, and holds back a home or the fence, two speeds of one leg or more than three "
+    "speeds (a warning of fewer: T115).  A note of a landing that ArduCopter from 4.7 on begins to fly "
+    "slowly too high.",
     fix="allow for the item yourself, or replace it by one that is modelled",
     instead="items that are modelled",
 )
