@@ -61,6 +61,10 @@ class Totals(Value):
     past its stops and wide of splines. [m]"""
 
 
+MOST_CHANCE_EMPTY = 0.01
+"""Of landing with an empty battery, or of an empty one before home: one flight of a hundred is lost."""
+
+
 class BatteryBudget(Value):
     """What the battery holds against what the flight takes."""
 
@@ -89,6 +93,9 @@ class BatteryBudget(Value):
     """Chance to land below the reserve; ``None`` while the model carries no spread. [-]"""
     empty_probability: float | None = None
     """Chance that the battery is empty before the landing; ``None`` as above. [-]"""
+    empty_factor: float | None = None
+    """How many times as much all flights may take until `MOST_CHANCE_EMPTY` of them, or of their returns,
+    end with an empty battery; ``None`` as above. [-]"""
 
     @property
     def above_reserve_wh(self) -> float:

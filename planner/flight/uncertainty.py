@@ -38,7 +38,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.flight.budget import ChargedPack, battery_temperature_c, predict_discharges
+from planner.flight.budget import (
+    MOST_CHANCE_EMPTY,
+    ChargedPack,
+    battery_temperature_c,
+    predict_discharges,
+)
 from planner.flight.motion.kinematics import QUADRATURE_WEIGHTS, STATE_INDEX, STATES, FlightState
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.tightest import sweep_returns
@@ -64,6 +69,8 @@ if TYPE_CHECKING:
     from planner.vehicle.model import ModelSpread, VehicleModel
 
 
+_LEAST_WH = 1e-9
+"""A flight whose sample takes none counts as if it took this."""
 SAMPLES = 10_000
 _SEED = 1908
 _LEAST_WIND_POINTS, _MOST_WIND_POINTS = 5, 17
@@ -471,6 +478,7 @@ class Scenarios(Value, eq=False):
                 battery,
                 below_reserve_probability=_fraction_below(self.margin_wh),
                 empty_probability=_fraction_below(self.margin_wh, -reserve_wh),
+                empty_factor=self._empty_factor(reserve_wh),
             )
         if return_plan is not None:
             return_plan = replace(
@@ -479,6 +487,20 @@ class Scenarios(Value, eq=False):
                 empty_probability=_fraction_below(self.return_margin_wh, -reserve_wh),
             )
         return flight, replace(totals, **spread), battery, return_plan
+
+    def _empty_factor(self, reserve_wh: float) -> float | None:
+        """Return how many times as much all may take until too many flights or returns end empty."""
+        least = int(MOST_CHANCE_EMPTY * SAMPLES)
+        factors = [
+            float(np.partition(held_wh / np.maximum(taken_wh, _LEAST_WH), least)[least])
+            for taken_wh, margin_wh in (
+                (self.energy_wh, self.margin_wh),
+                (self.return_wh, self.return_margin_wh),
+            )
+            if taken_wh is not None and margin_wh is not None
+            for held_wh in (taken_wh + margin_wh + reserve_wh,)
+        ]
+        return min(factors, default=None)
 
 
 def predict_scenarios(

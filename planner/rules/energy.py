@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import FlightStretch, Rule, Severity
+from planner.flight.budget import MOST_CHANCE_EMPTY
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 from planner.quantity import sd_of
 from planner.rules.assessment import Margin
@@ -18,6 +19,7 @@ from planner.vehicle.model import Basis
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.power import SteadyPower
@@ -30,8 +32,6 @@ _AT_THE_END = 0.995
 """A point this far along its leg is at its end. [-]"""
 LEAST_RISK = 1e-6
 """No smaller chance is asked about: no sample shows it. [-]"""
-MOST_CHANCE_EMPTY = 0.01
-"""Of landing with an empty battery, or of an empty one before home: one flight of a hundred is lost."""
 ASSUMED_ERROR = 0.05
 """Standard deviation of flown over predicted energy where a model says none: 196 flights of a Matrice 100
 were predicted within 4 % with mass and wind known, within 7.4 % with one constant power. [-]"""
@@ -346,9 +346,9 @@ AIR_UNKNOWN = Rule(
     "the 0 that programs write who do not know it, had the best margin there is.",
     how="No altitude of home from the file, --home-amsl or --terrain, and none that A105 asks for.  The "
     "energy of the flight, and of the tightest return with the way there, and what is not counted of both "
-    "(E108), grows with 1/√ρ of the standard "
-    "air at most; not where the margin lasts up to 4500 m; an error where it does not up to 2500 m: one "
-    "person in a hundred lives higher (Tremblay and Ainslie, PNAS 2021).",
+    "(E108), grows with 1/√ρ of the standard air at most, and with it the chance of an empty battery (E124); "
+    "not where the margin lasts up to 4500 m, and that chance stays below 1 %; an error where not up to "
+    "2500 m: one person in a hundred lives higher (Tremblay and Ainslie, PNAS 2021).",
     fix="give the altitude of the take-off place with --home-amsl (0 where it is at sea level)",
     instead="--home-amsl or --terrain",
     leaves_open=True,
@@ -361,7 +361,11 @@ def _air_unknown(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         return
     needed_wh, available_wh = most_needed_wh(a, budget), budget.above_reserve_wh
     air = a.flight.power.air_density_kg_m3(np.array([0.0, *_ALTITUDES_M]))
-    lasts = needed_wh * np.sqrt(air[0] / air[1:]) <= available_wh
+    grown = np.sqrt(air[0] / air[1:])
+    lasts = needed_wh * grown <= available_wh
+    are_safe = _are_safe(a, budget, grown)
+    if are_safe.any():  # else E124 fires at sea level
+        lasts &= are_safe
     if lasts.all() or not lasts.any():
         return  # it lasts anywhere, or nowhere: E101, E102
     up_to_m = float(_ALTITUDES_M[lasts].max())
@@ -371,6 +375,24 @@ def _air_unknown(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
         f"at {quantity.height(up_to_m)} AMSL",
         severity=None if up_to_m >= _HIGHEST_HOME_M else Severity.ERROR,
     )
+
+
+def _are_safe(a: Assessment, budget: BatteryBudget, factors: FloatArray) -> BoolArray:
+    """Return whether E124 does not fire where all takes so many times as much. (n,)"""
+    sampled, above_wh = budget.empty_factor, budget.above_reserve_wh
+    assumed = [Margin(budget.margin_wh, a.late_wh, 0.0), a.return_margin(counts_uncounted=False)]
+    taken_wh = [
+        above_wh - one.left_wh
+        for one in assumed
+        if one is not None and (sampled is None or one.late_wh > 0.0)
+    ]
+
+    def is_safe(factor: float) -> bool:
+        grown = [Margin(above_wh - factor * wh, 0.0, 0.0) for wh in taken_wh]
+        chances = [_chance_short(a, one, budget, beyond_wh=budget.reserve_wh) for one in grown]
+        return max(chances, default=0.0) <= MOST_CHANCE_EMPTY and factor <= (sampled or math.inf)
+
+    return np.array([is_safe(factor) for factor in factors.tolist()])
 
 
 def most_needed_wh(a: Assessment, budget: BatteryBudget) -> float:

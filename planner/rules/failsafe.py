@@ -10,7 +10,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.budget import battery_temperature_c
+from planner.flight.budget import MOST_CHANCE_EMPTY, battery_temperature_c
 from planner.flight.failsafe import (
     BY_OWN_TRACK,
     LANDS,
@@ -38,13 +38,7 @@ from planner.rules.assessment import numbers
 from planner.rules.battery import BATTERY_ASSUMED
 from planner.rules.battery_arming import ARMING_REFUSED, least_to_arm, profile_of
 from planner.rules.declaration import PACK, PARAMETERS, NotEvaluated, judges
-from planner.rules.energy import (
-    ASSUMED_ERROR,
-    MOST_CHANCE_EMPTY,
-    chance_beyond,
-    deviations_beyond,
-    place_along,
-)
+from planner.rules.energy import ASSUMED_ERROR, chance_beyond, deviations_beyond, place_along
 from planner.rules.lateness import late_returns_of
 from planner.rules.returns_anew import (
     held_s,

@@ -40,7 +40,7 @@ def _mark(time: str, speed: str, vehicle: str = "3f") -> FetchMark:
 def _home_unknown(share_of_need: float) -> tuple[Finding, ...]:
     """Return what is reported from a home of unknown altitude with so much of the energy needed."""
     made = replace(OUT_AND_BACK, home=replace(HOME, altitude_amsl_m=0.0))  # a placeholder
-    return found(made, battery=Battery(capacity_wh=NEED_WH * share_of_need), reserve=0.0)
+    return found(made, battery=Battery(capacity_wh=1.25 * NEED_WH * share_of_need))
 
 
 def _watched(parameters: str) -> tuple[Finding, ...]:
@@ -75,9 +75,7 @@ CASES: Mapping[str, RuleCases] = {
         # 1.0048 times, which the model does not count.
         fires=lambda: _home_unknown(1.131),
         boundary=lambda: _home_unknown(1.256 * 1.0048),
-        silent=lambda: found(
-            OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * 1.131), reserve=0.0
-        ),
+        silent=lambda: found(OUT_AND_BACK, battery=Battery(capacity_wh=1.25 * NEED_WH * 1.131)),
     ),
     "X908": RuleCases(
         fires=lambda: _fetched_apart(_mark("22", "500.0"), _mark("15", "1000.0")),
