@@ -9,7 +9,6 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.position import TERRAIN_ASSUMED_LEVEL
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.rules.clearance import (
@@ -31,6 +30,7 @@ from planner.rules.clearance import (
     too_near_text,
 )
 from planner.rules.declaration import TERRAIN, NotEvaluated, judges
+from planner.rules.low_returns import is_vertical_at_ground
 from planner.rules.terrain_following import (
     FollowingLegs,
     following_parameters,
@@ -45,7 +45,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.path import FlightLines, FlownPath
     from planner.geo.terrain import TerrainGrid
@@ -62,10 +62,6 @@ _LEVEL_WITHIN_M = 1.0
 """Nearer to home's height, rounding may be meant. [m]"""
 _OVERSHOOT_M = 3.0
 """Steps and curves pass no lower than this below the places they lead to. [m]"""
-_NOT_AIRBORNE = [STATE_INDEX[state] for state in (FlightState.TAKEOFF, FlightState.LAND)]
-_LEVEL = [
-    STATE_INDEX[state] for state in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
-]
 _ALIKE_M = 0.01
 """Places that differ by less are as low as each other: the first is named. [m]"""
 _STRAIGHT_ON = math.cos(0.5)
@@ -140,6 +136,7 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     spacing_m = return_spacing_m(cell_m, float(a.flight.motion.segments.distance_m.sum()))
     flown = _flown(a, terrain, min(spacing_m, STRAIGHT_M))
     if flown is None:
+        yield from returns_too_low(a, terrain, a.path, np.zeros(0, np.intp), cell_m)
         return
     clearance, item = flown.clearance, flown.item
     is_known, is_missed = clearance.is_known, clearance.is_missed
@@ -190,7 +187,7 @@ def _flown(a: Assessment, terrain: TerrainGrid | None, straight_m: float) -> _Fl
     from planner.flight.path import flown_lines
 
     path = a.path.cut(a.flight.motion, straight_m)
-    legs = np.flatnonzero(~_is_vertical_at_ground(a)[path.segment])
+    legs = np.flatnonzero(~is_vertical_at_ground(a)[path.segment])
     if not len(legs):
         return None
     lines = near_home_cut(flown_lines(path, legs), a.setup.clearance_m)
@@ -205,15 +202,6 @@ def _may_be_low(a: Assessment) -> bool:
         return True
     low_m, others = a.setup.clearance_m + _OVERSHOOT_M, LANDED_STAGES | RETURN_STAGES
     return any(stage.height_m < low_m and stage.kind not in others for stage in a.route.stages)
-
-
-def _is_vertical_at_ground(a: Assessment) -> BoolArray:
-    """Return whether segments take off, land, or set down a load: they begin or end at the ground. (s,)"""
-    columns = a.flight.motion.segments
-    sets_down = np.isin(a.returns.segment_stage, a.route.rows_of(StageKind.SET_DOWN))
-    # It stands, or climbs and descends: what is left is the level way there.
-    lowers = sets_down & ~np.isin(columns.state, _LEVEL)
-    return np.asarray(np.isin(columns.state, _NOT_AIRBORNE) | lowers)
 
 
 def _too_low(a: Assessment, flown: _Flown) -> Iterator[Found]:

@@ -17,6 +17,7 @@ from planner.rules.clearance import (
     too_near_text,
 )
 from planner.rules.declaration import ARDUPILOT, TERRAIN, judges
+from planner.rules.low_returns import with_low_returns
 from planner.rules.terrain import BELOW_TERRAIN, IN_THE_AIR
 from planner.rules.terrain_following import (
     followed_m,
@@ -69,17 +70,18 @@ def _follows_posts(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
 def _returns_follow_posts(
     a: Assessment, _parameters: ArduPilotParameters, terrain: TerrainGrid
 ) -> Iterator[Finding]:
-    sample = a.returns.sample
-    if sample is None or not returns_follow_terrain(a) or reach_down_m(a) is not None:
+    if not returns_follow_terrain(a) or reach_down_m(a) is not None:
         return
     from planner.flight.path import FlightLines
 
-    corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
+    points, homeward = with_low_returns(a, a.returns.sample)
+    if not len(homeward):
+        return
+    corners_m, _ = a.returns.straight_corners_m(points, homeward)
     ways_m = corners_m[:, 2:4].copy()
     below_m, ahead_m = (least_followed_m(a, terrain, ways_m[:, end]) for end in (0, 1))
-    ways_m[..., 2] = returns_above_m(
-        a, sample.points, sample.destination, below_m=below_m, ahead_m=ahead_m
-    )[:, None]
+    above_m = returns_above_m(a, points, homeward, below_m=below_m, ahead_m=ahead_m)
+    ways_m[..., 2] = above_m[:, None]
     lines = FlightLines(start_m=ways_m[:, 0], end_m=ways_m[:, 1], owner=np.arange(len(ways_m)))
     lowest = _lowest(a, terrain, lines)
     if lowest is not None:
@@ -87,7 +89,7 @@ def _returns_follow_posts(
         yield a.finding(
             RETURN_BELOW_TERRAIN,
             f"a return from here {_text(a, clearance_m)}",
-            item=a.route.stages[int(sample.points.stage[row])].item,
+            item=a.route.stages[int(points.stage[row])].item,
             fix=_FIX,
         )
 

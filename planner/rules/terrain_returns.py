@@ -14,6 +14,7 @@ from planner.mission.route.stage import StageKind
 from planner.rules.clearance import (
     GROUND_THERE,
     ROUNDING_M,
+    SAME_PLACE_M,
     STRAIGHT_M,
     Lowest,
     above_text,
@@ -25,6 +26,12 @@ from planner.rules.clearance import (
     too_near_text,
 )
 from planner.rules.declaration import ARDUPILOT, PX4, TERRAIN, NotEvaluated, judges
+from planner.rules.low_returns import (
+    ReturnStretches,
+    low_returns,
+    return_height_is_known,
+    with_low_returns,
+)
 from planner.rules.terrain_following import (
     OVER_TERRAIN,
     FollowingLegs,
@@ -42,10 +49,11 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.path import FlownPath
+    from planner.flight.path import FlightLines, FlownPath
     from planner.flight.returns.fan import ReturnFan
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
+    from planner.rules.clearance import Clearance
     from planner.rules.declaration import Found
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -74,7 +82,10 @@ RETURN_BELOW_TERRAIN = Rule(
     "place, lower inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT over home, whatever "
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
-    "--position-error of them.  Where "
+    "--position-error of them.  Returns from a landing, a take-off, or where a load is set down count from "
+    "--clearance above the ground there on, from twice that where they keep the height they begin at; by a "
+    "model without --params, whose height of returns is not known, not evaluated (X904) where they would be "
+    "too low at that and at RTL_ALT as ArduPilot is delivered, 15 m.  Where "
     "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance, what stands between the posts it knows the "
     "ground by (as A102), and the 20 returns over the steepest ground, which they may climb too slowly for.  "
     "PX4 also by RTL_DESCEND_ALT above a rally point that lies below the ground: it goes down to there "
@@ -95,10 +106,12 @@ def _returns_too_late(
     a: Assessment, parameters: ArduPilotParameters, terrain: TerrainGrid
 ) -> Iterator[Finding]:
     """Yield a finding where the ground under a return that follows it rises faster than it climbs."""
-    sample = a.returns.sample
-    if sample is None or not len(sample.destination) or not returns_follow_terrain(a):
+    if not returns_follow_terrain(a):
         return
-    corners_m, _ = a.returns.straight_corners_m(sample.points, sample.destination)
+    points, homeward = with_low_returns(a, a.returns.sample)
+    if not len(homeward):
+        return
+    corners_m, _ = a.returns.straight_corners_m(points, homeward)
     ways_m = corners_m[:, 2:4, :2]
     where = a.route.frame.latitude_longitude_deg(ways_m[..., 0], ways_m[..., 1])
     ground = terrain.under(*where)
@@ -106,7 +119,7 @@ def _returns_too_late(
     rise_m = np.nan_to_num(ground.ground_amsl_m[:, 1] - ground.ground_amsl_m[:, 0], nan=0.0)
     climbed_m = length_m * parameters.climb_speed_m_s / parameters.return_speed_m_s
     behind_m = np.bincount(ground.line, np.maximum(rise_m - climbed_m, 0.0), len(ways_m))
-    follows = returns_begun_within_reach(a, sample.points.place_m)
+    follows = returns_begun_within_reach(a, points.place_m)
     behind_m = np.where(follows, behind_m, -np.inf)
     chosen = np.argsort(-behind_m, kind="stable")[: min(_STEEPEST_RETURNS, int(follows.sum()))]
     if not len(chosen):
@@ -114,8 +127,8 @@ def _returns_too_late(
     below_m, ahead_m = (
         followed_m(a, terrain, *ways_m[chosen, end].T).max(axis=0) for end in (0, 1)
     )
-    points, homeward = sample.points.select(chosen), sample.destination[chosen]
-    above_m = returns_above_m(a, points, homeward, below_m=below_m, ahead_m=ahead_m)
+    steepest = points.select(chosen)
+    above_m = returns_above_m(a, steepest, homeward[chosen], below_m=below_m, ahead_m=ahead_m)
     one = np.ones(len(chosen))
     least_m = FollowingLegs(
         start_m=ways_m[chosen, 0],
@@ -135,7 +148,7 @@ def _returns_too_late(
             RETURN_BELOW_TERRAIN,
             f"a return from here follows the ground, which rises faster than it climbs: "
             f"{too_near_text(a, lowest_m)}",
-            item=a.route.stages[int(sample.points.stage[chosen[worst]])].item,
+            item=a.route.stages[int(steepest.stage[worst])].item,
             fix="raise RTL_ALT, or set RTL_ALT_TYPE 0 with RTL_ALT above the highest ground",
         )
 
@@ -181,45 +194,67 @@ def _waits_below_ground(a: Assessment, parameters: Px4Parameters) -> Iterator[Fi
 def returns_too_low(
     a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray, cell_m: float
 ) -> Iterator[Found]:
-    """Yield a finding where a return of the vehicle meets the ground."""
-    from planner.flight.path import FlightLines
-    from planner.flight.returns.fan import return_fan
+    """Yield a finding where a return of the vehicle meets the ground.
 
-    legs = _level_returned(a, path, legs)
-    if not len(legs):
+    ``legs`` are those of the path on which it neither takes off nor lands: from there returns are judged
+    besides.
+    """
+    found = tuple(_judged(a, terrain, _level_stretches(a, path, legs, cell_m), cell_m))
+    yield from found
+    if any(not isinstance(one, NotEvaluated) for one in found):
         return
+    for one in _judged(a, terrain, low_returns(a, follow=False), cell_m):
+        if not (found and isinstance(one, NotEvaluated)):
+            yield one
+
+
+def _level_stretches(
+    a: Assessment, path: FlownPath, legs: IntArray, cell_m: float
+) -> ReturnStretches:
+    """Return the stretches of legs: those that follow each other on a stage, no longer than the spacing."""
+    legs = _level_returned(a, path, legs)
     stage = a.returns.segment_stage[path.segment[legs]]
     along_m = np.cumsum(path.length_m[legs])
-    spacing_m = return_spacing_m(cell_m, float(along_m[-1]))
-    # Legs that follow each other on a stage, no longer than the spacing, are one stretch.
+    spacing_m = return_spacing_m(cell_m, float(along_m[-1]) if len(legs) else 0.0)
     number = np.floor((along_m - path.length_m[legs]) / spacing_m)
     new = (np.diff(number, prepend=-1.0) != 0.0) | (np.diff(stage, prepend=-1) != 0)
     new |= np.diff(legs, prepend=-2) != 1
     first = np.flatnonzero(new)
-    last = np.append(first[1:], len(legs)) - 1
-    time_s = np.stack((path.time_s[legs[first]], path.time_s[legs[last] + 1]), axis=1)
-    fan, along = return_fan(a.returns, time_s, stage[first])
-    item = path.item[legs[first]][fan.stretch]
-    # From where it decides to over where it lands; the landing itself is not judged.
-    corners = fan.corners_m[:, :, :4].reshape(-1, 4, 3)
-    lines = FlightLines(
-        start_m=corners[:, :-1].reshape(-1, 3),
-        end_m=corners[:, 1:].reshape(-1, 3),
-        owner=np.repeat(np.arange(len(corners)) // 2, 3),
+    last = np.append(first[1:], len(legs))[: len(first)] - 1
+    return ReturnStretches(
+        time_s=np.stack((path.time_s[legs[first]], path.time_s[legs[last] + 1]), axis=1),
+        stage=stage[first],
+        item=path.item[legs[first]],
     )
-    # Where it follows the ground it stops, and begins to climb, over ground it follows: its leg is judged.
-    follows = np.array([follows_terrain(a, int(number)) for number in item])
-    lines = lines.select(~follows[lines.owner] | (np.arange(len(lines.owner)) % 3 == _WAY))
+
+
+def _judged(
+    a: Assessment, terrain: TerrainGrid, stretches: ReturnStretches, cell_m: float
+) -> Iterator[Found]:
+    """Yield a finding where a return from stretches of the flight meets the ground."""
+    from planner.flight.path import FlightLines
+    from planner.flight.returns.fan import return_fan
+
+    if not len(stretches.stage):
+        return
+    fan, along = return_fan(a.returns, stretches.time_s, stretches.stage)
+    if stretches.is_low:  # straight down from there it lands
+        way_m = (fan.corners_m[:, 0, 3] - fan.corners_m[:, 0, 2])[:, :2]
+        fan = fan.select(np.hypot(*way_m.T) > SAME_PLACE_M)
+    item = stretches.item[fan.stretch]
+    lines = _lines_of(a, fan, item, is_low=stretches.is_low)
     # Between lines the ground is highest at centres of cells, all of which are judged.
     every = int(np.ceil(float(lines.length_m.sum()) / (cell_m * _MOST_CELLS))) or 1
     lines = lines.select(lines.owner % every == 0)
     count = len(fan.stretch)
     both = FlightLines.joined([lines, replace(along, owner=along.owner + count)])
+    if not len(both.owner):
+        return
     both = both.cut(STRAIGHT_M)
     # They begin as high as the mission leads there, or keep to a height of their own.
-    led_m = np.append(led_heights_m(a)[item], -np.inf)
+    led_m = np.full(len(item), -np.inf) if stretches.is_low else led_heights_m(a)[item]
+    led_m = np.append(led_m, -np.inf)
     clearance = clearance_of(a, terrain, both, led_m=led_m[np.minimum(both.owner, count)])
-    least_m, _, where = clearance.extremes_m()
     if clearance.is_missed.any():
         owner = int(both.owner[clearance.line[clearance.is_missed.argmax()]])
         yield NotEvaluated(
@@ -228,12 +263,7 @@ def returns_too_low(
             needs=GROUND_THERE,
             item=int(item[owner]) if owner < count else None,
         )
-    is_low = clearance.is_known & (least_m < clearance.asked_m)
-    least_m = np.where(is_low, least_m, np.inf)
-    worst = int(least_m.argmin())
-    line = int(clearance.line[worst])
-    place_m = both.start_m[line] + where[worst] * (both.end_m[line] - both.start_m[line])
-    low = Lowest(float(least_m[worst]), int(both.owner[line]), place_m)
+    low = _lowest_on(both, clearance)
     peak = _lowest_over_peaks(a, terrain, fan, led_m)
     if peak is not None and peak.clearance_m < low.clearance_m:
         low = peak
@@ -243,14 +273,55 @@ def returns_too_low(
     if low.row >= count:
         yield a.finding(RETURN_BELOW_TERRAIN, f"the return along the mission is {above}")
         return
+    number = int(item[low.row])
+    if stretches.is_low and not return_height_is_known(a):
+        yield NotEvaluated(
+            rule=RETURN_BELOW_TERRAIN,
+            asked_by=f"a return from where it lands or sets out, at "
+            f"{quantity.height(float(fan.corners_m[low.row, 0, 2, 2]))} above home {above},",
+            needs="the height it returns at: --params",
+            item=number,
+        )
+        return
     to_go_m = float(np.hypot(*(fan.corners_m[low.row, 0, 3] - low.place_m)[:2]))
     goal = "home" if fan.destination[low.row] == HOME else "its landing"
+    begun = ""
+    if stretches.is_low:
+        begun = f", begun {quantity.height(float(fan.corners_m[low.row, 0, 0, 2]))} above home"
     yield a.finding(
         RETURN_BELOW_TERRAIN,
-        f"a return from here, {quantity.height(float(low.place_m[2]))} above home, is {above}, "
+        f"a return from here{begun}, {quantity.height(float(low.place_m[2]))} above home, is {above}, "
         f"{quantity.distance(to_go_m)} from {goal}",
-        item=int(item[low.row]),
+        item=number,
     )
+
+
+def _lines_of(a: Assessment, fan: ReturnFan, item: IntArray, *, is_low: bool) -> FlightLines:
+    """Return the lines of returns from where they decide to over where they land."""
+    from planner.flight.path import FlightLines
+
+    corners = fan.corners_m[:, :, :4].reshape(-1, 4, 3)
+    lines = FlightLines(
+        start_m=corners[:, :-1].reshape(-1, 3),
+        end_m=corners[:, 1:].reshape(-1, 3),
+        owner=np.repeat(np.arange(len(corners)) // 2, 3),
+    )
+    # Where it follows the ground it stops, and begins to climb, over ground it follows: its leg is judged.
+    # So where it begins to climb from the ground, or may be on its way to it.
+    follows = np.array([is_low or follows_terrain(a, int(number)) for number in item], np.bool_)
+    return lines.select(~follows[lines.owner] | (np.arange(len(lines.owner)) % 3 == _WAY))
+
+
+def _lowest_on(lines: FlightLines, clearance: Clearance) -> Lowest:
+    """Return where lines are lowest of where they are too low; infinitely high where nowhere."""
+    least_m, _, where = clearance.extremes_m()
+    is_low = clearance.is_known & (least_m < clearance.asked_m)
+    least_m = np.where(is_low, least_m, np.inf)
+    worst = int(least_m.argmin())
+    line = int(clearance.line[worst])
+    way_m = lines.end_m[line] - lines.start_m[line]
+    place_m = lines.start_m[line] + where[worst] * way_m
+    return Lowest(float(least_m[worst]), int(lines.owner[line]), place_m)
 
 
 def _level_returned(a: Assessment, path: FlownPath, legs: IntArray) -> IntArray:
@@ -270,6 +341,8 @@ def _lowest_over_peaks(
     """Return where a return between the two ends of a stretch passes lowest over the centre of a cell."""
     import shapely
 
+    if not len(fan.stretch):
+        return None
     turn_m, over_m = fan.corners_m[:, :, 2], fan.corners_m[:, 0, 3]
     lowest_m = min(float(turn_m[..., 2].min()), float(over_m[:, 2].min()))
     every_m = np.concatenate((turn_m.reshape(-1, 3), over_m))
