@@ -255,7 +255,7 @@ def _plan_ahead(
     before = state.stages[-1]
     if command not in _FLOWN_ON_TO:
         state.stages[-1] = replace(before, is_next_unseen=True)
-    elif before.kind in {StageKind.GO, StageKind.SPLINE} and not before.hold_s:
+    elif before.kind in {StageKind.GO, StageKind.SPLINE} and not stored_hold_s(before.hold_s):
         ahead = (items[number - 1].command for number in order.visits[position:])
         comes = next((command for command in ahead if is_navigation(command)), None)
         # A return plans its path anew (ModeRTL::init) and drops the leg planned ahead.
