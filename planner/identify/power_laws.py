@@ -402,7 +402,9 @@ def fit_steady_map(
         mass_deviation_kg=mass_deviation_kg,
         wind_of=wind_of,
     )
-    first = data.fit(data.centre, scatter=0.0)
+    start = data.centre.copy()
+    start[len(start) - len(blown) :] = 0.5  # at no wind its magnitude has no slope
+    first = data.fit(start, scatter=0.0)
     scatter = data.scatter_in_cells(first)
     with_ring = (0.0, 1.0) if any(climb < 0 for _, climb in cells) else (0.0,)
     found = min(
@@ -436,7 +438,7 @@ def fit_steady_map(
             )
         },
         behind_m_s={
-            source: UNTOLD_WIND_M_S * float(x)
+            source: UNTOLD_WIND_M_S * abs(float(x))
             for source, x in zip(blown, found.x[size_of_law + len(sources) :], strict=True)
         },
         log_covariance=covariance,
@@ -478,7 +480,9 @@ class _MapData(Value, eq=False, dict=True):
         own, further = x[: len(_FITTED)], x[len(_FITTED) :]
         beyond_kg = self.mass_deviation_kg * further[self.flight_of] if self.flight_of else 0.0
         winds = int(self.wind_of.max()) + 1
-        behind_m_s = UNTOLD_WIND_M_S * np.append(further[len(further) - winds :], 0.0)[self.wind_of]
+        # as in a refinement: one against it would tell a drag below that of calm air
+        shares = np.abs(np.append(further[len(further) - winds :], 0.0))
+        behind_m_s = UNTOLD_WIND_M_S * shares[self.wind_of]
         values = np.append(np.exp(own), ring)
         return _powers_w(values, self.conditions, beyond_kg, behind_m_s) - self.powers_w
 
@@ -571,7 +575,7 @@ def _powers_w(
         np.repeat(np.broadcast_to(one, conditions.counts.shape), conditions.counts)
         for one in (beyond_kg, behind_m_s)
     )
-    masses, speed = masses + beyond, np.abs(speed - behind)
+    masses, speed = masses + beyond, np.maximum(speed - behind, 0.0)
     for mass_kg in np.unique(masses):
         own = masses == mass_kg
         powers[own] = momentum_power_w(

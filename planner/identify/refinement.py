@@ -10,7 +10,8 @@ it, :math:`w`, the most likely are those that minimise
           + \sum_f \left(\frac{w_f}{\sigma_w}\right)^2,
 
 and the inverse of the normal matrix there is their covariance.  Only flights that head one way in a wind that
-nothing tells have a :math:`w`: of those to and fro, what it takes from one leg it adds to another.  What no
+nothing tells have a :math:`w`, of 0 or more: of those to and fro, what it takes from one leg it adds to
+another.  What no
 flight shows keeps its prior, and no evidence makes anything less certain.
 
 What flights of one vehicle differ by, :math:`\sigma_b`, is known from many vehicles as from one flight, and
@@ -570,10 +571,11 @@ class PowerUpdate:
 
     def _log_powers(self, factors: FloatArray, winds_m_s: FloatArray) -> FloatArray:
         rotor, powers = self.moved(factors), np.empty(len(self.steady))
-        behind_m_s = np.append(winds_m_s, 0.0)[self.wind_of]
+        # a wind against it would tell a drag below that of calm air, which it may not have had
+        behind_m_s = np.abs(np.append(winds_m_s, 0.0))[self.wind_of]
         for row, one in enumerate(self.steady):
             powers[row] = momentum_power_w(
-                abs(one.airspeed_m_s - behind_m_s[row]),
+                max(one.airspeed_m_s - behind_m_s[row], 0.0),
                 one.climb_rate_m_s,
                 rotor,
                 mass_kg=one.mass_kg or 0.0,
@@ -605,6 +607,7 @@ class PowerUpdate:
 
         count, flights = len(self.names), int(self.flights.max()) + 1
         unknown = np.zeros(count + flights + len(self.winds_m_s))
+        unknown[count + flights :] = 1.0  # at no wind its magnitude has no slope
         for _ in range(_ROUNDS):
             found = least_squares(self._residuals, unknown, method="lm")
             unknown, covariance = found.x, np.linalg.inv(found.jac.T @ found.jac)
@@ -618,7 +621,7 @@ class PowerUpdate:
         self.birge_ratio = max(math.sqrt(2.0 * float(found.cost) / self.counts.size), 1.0)
         wider = np.minimum(self.birge_ratio, self.prior / np.sqrt(np.diag(covariance)))
         factors, _, winds_m_s = self._apart(unknown)
-        return factors, winds_m_s, np.asarray(covariance * np.outer(wider, wider))
+        return factors, np.abs(winds_m_s), np.asarray(covariance * np.outer(wider, wider))
 
     @property
     def residuals_w(self) -> FloatArray:

@@ -175,6 +175,10 @@ class Steps:
         """Return what every rule finds, and what was checked."""
         return judge(assessment, selection)
 
+    def by(self, autopilot: Autopilot) -> Steps:  # noqa: ARG002 - nothing is remembered
+        """Return the steps of the same check with an autopilot named."""
+        return self
+
 
 class WhatIfSteps(Steps):
     """The steps of a check that asks what a mission would come to at another speed, and sends nobody off."""
@@ -216,15 +220,8 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     assessment = steps.assess(prepared) if route.stages else None
     checked: tuple[LedgerEntry, ...] = ()
     if assessment is not None:
-        found, checked = steps.judge(assessment, setup.selection)
-        findings = [*assessment.findings, *found]
-        findings += _by_what_is_held_back(prepared, findings)
-        findings += _over_known_terrain(prepared, findings)
-        findings += _over_other_ground(prepared, assessment, findings)
-        findings += _at_two_deviations(prepared, assessment, findings)
-        if steps.judges_file:
-            findings += _at_own_speeds(prepared, findings)
-            findings += _by_others(prepared, assessment, findings)
+        findings, checked = _judged(prepared, assessment, steps)
+        findings += _by_others(prepared, assessment, findings, steps)
     else:
         findings = [
             *prepared.findings,
@@ -259,6 +256,21 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
         assessment=assessment,
         checked=checked,
     )
+
+
+def _judged(
+    prepared: Preparation, assessment: Assessment, steps: Steps
+) -> tuple[list[Finding], tuple[LedgerEntry, ...]]:
+    """Return what is found of a mission as one autopilot flies it, and what was checked."""
+    found, checked = steps.judge(assessment, prepared.setup.selection)
+    findings = [*assessment.findings, *found]
+    findings += _by_what_is_held_back(prepared, findings)
+    findings += _over_known_terrain(prepared, findings)
+    findings += _over_other_ground(prepared, assessment, findings)
+    findings += _at_two_deviations(prepared, assessment, findings)
+    if steps.judges_file:
+        findings += _at_own_speeds(prepared, findings)
+    return findings, checked
 
 
 def _by_what_is_held_back(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
@@ -316,7 +328,7 @@ _AT_THE_DESK = frozenset({"M110", "M126"})
 
 
 def _by_others(
-    prepared: Preparation, assessment: Assessment, found: Sequence[Finding]
+    prepared: Preparation, assessment: Assessment, found: Sequence[Finding], steps: Steps
 ) -> Iterator[Finding]:
     """Yield the errors of a mission as each autopilot would fly it that may, where nobody is named.
 
@@ -328,16 +340,17 @@ def _by_others(
         return
     assumed = None if assessment.target is None else assessment.target.autopilot
     for by in (one for one in BOTH if one in assessment.may_fly and one is not assumed):
-        other = assess(prepare(prepared.mission, _flown_by(by, setup)))
-        if other is None:
-            continue
-        note = unless_named(f"flown by {by.label}", assessment.may_fly)
-        for one in _errors_of(other, found, note):
-            if one.code not in _AT_THE_DESK:
-                yield one
+        own = steps.by(by)
+        again = own.prepare(prepared.mission, flown_by(by, setup))
+        other = own.assess(again)
+        if other is not None:
+            judged, _ = _judged(again, other, own)
+            note = unless_named(f"flown by {by.label}", assessment.may_fly)
+            further = _further(judged, found, note)
+            yield from (one for one in further if one.code not in _AT_THE_DESK)
 
 
-def _flown_by(autopilot: Autopilot, setup: Setup) -> Setup:
+def flown_by(autopilot: Autopilot, setup: Setup) -> Setup:
     """Return a setup with an autopilot named: whose rules count for reference steps, else who flies."""
     if setup.flown_by is Autopilot.STEP:
         return replace(setup, target=Target(autopilot=autopilot))
@@ -469,10 +482,16 @@ def _errors_of(
 ) -> Iterator[Finding]:
     """Yield the errors of another flight of a mission that are none of the first, of some codes alone."""
     judged, _ = judge(other, other.setup.selection)
+    for one in _further((*other.findings, *judged), found, note):
+        if codes is None or one.code in codes:
+            yield one
+
+
+def _further(judged: Iterable[Finding], found: Sequence[Finding], note: str) -> Iterator[Finding]:
+    """Yield the errors that are none of the first, with a note on when they are."""
     known = {one.code for one in found if one.severity is Severity.ERROR}
-    for one in (*other.findings, *judged):
-        is_meant = codes is None or one.code in codes
-        if is_meant and one.severity is Severity.ERROR and one.code not in known:
+    for one in judged:
+        if one.severity is Severity.ERROR and one.code not in known:
             yield replace(one, message=f"{one.message} ({note})")
 
 

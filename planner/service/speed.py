@@ -15,7 +15,7 @@ from planner.flight.pilot import step_speeds_m_s
 from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, routes_at_speeds
 from planner.presented import Presented
-from planner.service.preflight import WhatIfSteps, check_mission
+from planner.service.preflight import Steps, WhatIfSteps, check_mission, flown_by
 from planner.service.preparation import at_speed, prepare
 from planner.setting import is_finite_number
 from planner.setup import Setup
@@ -68,12 +68,20 @@ class _StepsAtSpeeds(WhatIfSteps):
 
     def __init__(self, mission: Mission, setup: Setup) -> None:
         self._own = prepare(mission, setup)
+        self._by: dict[Autopilot, Steps] = {}
 
     def prepare(self, mission: Mission, setup: Setup) -> Preparation:
         """Return what the flight of the mission is predicted from."""
         if setup.speed_m_s is None or self._own.route.held:
             return prepare(mission, setup)
         return at_speed(self._own, setup.speed_m_s)
+
+    def by(self, autopilot: Autopilot) -> Steps:
+        """Return the steps of the same checks with an autopilot named."""
+        if autopilot not in self._by:
+            setup = flown_by(autopilot, self._own.setup)
+            self._by[autopilot] = _StepsAtSpeeds(self._own.mission, setup)
+        return self._by[autopilot]
 
     def arrivals(self, assessment: Assessment) -> tuple[ItemArrival, ...]:  # noqa: ARG002 - as of `Steps`
         """Return none: nobody asks at other speeds."""

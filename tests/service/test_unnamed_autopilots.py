@@ -15,6 +15,7 @@ from planner.mission.files import read_mission_bytes
 from planner.mission.takers import BOTH, NAME_IT
 from planner.notation import read_battery
 from planner.service.preflight import CheckResult, check_mission
+from planner.service.sweep.sweep import sweep
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
@@ -100,6 +101,23 @@ def test_an_ordinary_mission_is_go_whoever_flies_it(name: str) -> None:
     mission = mission_of(*ORDINARY, *MAKES_NO_DIFFERENCE, RETURN)
     for by in (None, *BOTH):
         assert checked(mission, name, by).verdict == "go"
+
+
+def test_what_the_file_commands_is_asked_of_the_other_at_another_speed_too() -> None:
+    mission = mission_of(*FLOWN_OTHERWISE["a climb that PX4 flies as the speed"])
+    asked = replace(flown_by(LIKE_ARDUPILOT), speed_m_s=8.0)
+    errors = [
+        one for one in check_mission(mission, asked).findings if one.severity is Severity.ERROR
+    ]
+    assert "at the speeds of the file, which are flown" in errors[0].message
+    assert "flown by PX4" in errors[0].message
+
+
+@pytest.mark.parametrize("vary", ["speed=4,8", "charge=0.9,0.95"])
+def test_no_case_of_a_sweep_is_go_that_one_of_both_does_not_fly(vary: str) -> None:
+    mission = mission_of(*FLOWN_OTHERWISE["a hold below 0"])
+    found = sweep(mission, flown_by(LIKE_PX4), vary=[vary])
+    assert list(found.columns()["verdict"]) == ["no-go", "no-go"]
 
 
 def test_who_does_not_fly_it_is_told_and_what_to_do() -> None:

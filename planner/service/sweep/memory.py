@@ -29,7 +29,7 @@ from planner.flight.uncertainty import sample_flights, sample_times, tightest_ro
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
 from planner.rules.registry import SUBJECTS, checks_of, is_asked, reported
-from planner.service.preflight import Steps, assess_flown, count_packs, fly
+from planner.service.preflight import Steps, assess_flown, count_packs, flown_by, fly
 from planner.service.preparation import Preparation, over_its_ground, prepare
 from planner.setup import Setup
 from planner.values import Value, field_names, field_values, replace
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.autopilot import Autopilot
     from planner.findings import Finding
     from planner.flight.motion.kinematics import KinematicState
     from planner.flight.pilot import Pilot
@@ -368,8 +369,8 @@ class RememberingSteps(Steps):
     """The steps of checks that differ in little: each made where something it looks at has changed."""
 
     def __init__(self) -> None:
-        self.flights = 0
-        """How many were predicted."""
+        self._flights = 0
+        self._by: dict[Autopilot, RememberingSteps] = {}
         self._prepared: _StepMemory[Preparation] = _StepMemory()
         self._returns: _StepMemory[_KeptReturns | None] = _StepMemory()
         self._ways: _Latest[tuple[object, _Way | None]] = _Latest()
@@ -402,7 +403,7 @@ class RememberingSteps(Steps):
         returns, is_new = self._returns.recall(
             prepared.route, prepared.setup, lambda setup: self._fly(replace(prepared, setup=setup))
         )
-        self.flights += is_new
+        self._flights += is_new
         if returns is None:
             return None
         own = field_values(assess_flown(prepared, returns, self))
@@ -411,6 +412,18 @@ class RememberingSteps(Steps):
             own["flight"] = before  # with what was worked out of it
         self._latest = own["flight"]
         return _KeptAssessment(**own, kept=self._found)
+
+    @property
+    def flights(self) -> int:
+        """How many were predicted."""
+        return self._flights + sum(one.flights for one in self._by.values())
+
+    def by(self, autopilot: Autopilot) -> Steps:
+        """Return the steps of the same checks with an autopilot named, which remember their own."""
+        own = self._by.setdefault(autopilot, RememberingSteps())
+        own.judges_file = self.judges_file
+        own.foresee([flown_by(autopilot, one) for one in self._foreseen])
+        return own
 
     def foresee(self, setups: Sequence[Setup]) -> None:
         """Look at what comes next: packs of one flight are counted together."""
