@@ -11,8 +11,7 @@ it, :math:`w`, the most likely are those that minimise
 
 and the inverse of the normal matrix there is their covariance.  Only flights that head one way in a wind that
 nothing tells have a :math:`w`, of 0 or more: of those to and fro, what it takes from one leg it adds to
-another.  What no
-flight shows keeps its prior, and no evidence makes anything less certain.
+another.  What no flight shows keeps its prior, and no evidence makes anything less certain.
 
 What flights of one vehicle differ by, :math:`\sigma_b`, is known from many vehicles as from one flight, and
 from each of its own flights besides: one flight narrows the vehicle, not how far its next one is from it.

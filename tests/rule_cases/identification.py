@@ -166,7 +166,7 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "I105": RuleCases(
         fires=lambda: reported(logs=LogTable()),
-        boundary=lambda: reported(logs=LogTable(), base=of_its_cells()),
+        boundary=lambda: reported(logs=LogTable(), base=of_data_sheet()),
         silent=reported,
     ),
     "I106": RuleCases(
