@@ -420,14 +420,18 @@ class RememberingSteps(Steps):
 
     def by(self, autopilot: Autopilot) -> Steps:
         """Return the steps of the same checks with an autopilot named, which remember their own."""
-        own = self._by.setdefault(autopilot, RememberingSteps())
+        if autopilot not in self._by:
+            self._by[autopilot] = RememberingSteps()
+            self.foresee(self._foreseen)
+        own = self._by[autopilot]
         own.judges_file = self.judges_file
-        own.foresee([flown_by(autopilot, one) for one in self._foreseen])
         return own
 
     def foresee(self, setups: Sequence[Setup]) -> None:
         """Look at what comes next: packs of one flight are counted together."""
         self._foreseen = setups
+        for autopilot, own in self._by.items():
+            own.foresee([flown_by(autopilot, one) for one in setups])
 
     def counted(self, returns: Returns, setup: Setup) -> CountedPack:
         """Return what a flight and its returns come to with the pack of a setup."""
