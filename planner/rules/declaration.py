@@ -156,16 +156,12 @@ class Check(Value, kw_only=False, eq=False):
     rules: tuple[Rule, ...]
     needs: tuple[Need[Any], ...]
     function: Callable[..., Iterator[Found]]
-    refuses: bool = False
-    """Whether its errors are that an autopilot does not fly the mission at all."""
 
-    def __call__(
-        self, a: Assessment, *, by: Assessment | None = None
-    ) -> Need[Any] | tuple[Found, ...]:
-        """Return what the rules find, or the first thing that is missing for them, of another ``by`` that."""
+    def __call__(self, a: Assessment) -> Need[Any] | tuple[Found, ...]:
+        """Return what the rules find, or the first thing that is missing for them."""
         given = []
         for need in self.needs:
-            if (value := need.of(by or a)) is None:
+            if (value := need.of(a)) is None:
                 return need
             given.append(value)
         try:
@@ -178,26 +174,21 @@ class Check(Value, kw_only=False, eq=False):
 
 
 @overload
-def judges(
-    *rules: Rule, refuses: bool = ...
-) -> Callable[[Callable[[Assessment], Iterator[Found]]], Check]: ...
+def judges(*rules: Rule) -> Callable[[Callable[[Assessment], Iterator[Found]]], Check]: ...
 @overload
 def judges(
-    *rules: Rule, needs: tuple[Need[T1]], refuses: bool = ...
+    *rules: Rule, needs: tuple[Need[T1]]
 ) -> Callable[[Callable[[Assessment, T1], Iterator[Found]]], Check]: ...
 @overload
 def judges(
-    *rules: Rule, needs: tuple[Need[T1], Need[T2]], refuses: bool = ...
+    *rules: Rule, needs: tuple[Need[T1], Need[T2]]
 ) -> Callable[[Callable[[Assessment, T1, T2], Iterator[Found]]], Check]: ...
 @overload
 def judges(
-    *rules: Rule, needs: tuple[Need[T1], Need[T2], Need[T3]], refuses: bool = ...
+    *rules: Rule, needs: tuple[Need[T1], Need[T2], Need[T3]]
 ) -> Callable[[Callable[[Assessment, T1, T2, T3], Iterator[Found]]], Check]: ...
 def judges(
-    *rules: Rule, needs: tuple[Need[Any], ...] = (), refuses: bool = False
+    *rules: Rule, needs: tuple[Need[Any], ...] = ()
 ) -> Callable[[Callable[..., Iterator[Found]]], Check]:
-    """Make a function the check of some rules; it is passed the assessment and what it needs.
-
-    Where it ``refuses``, both autopilots are asked for those that are not named.
-    """
-    return lambda function: Check(rules, needs, function, refuses)
+    """Make a function the check of some rules; it is passed the assessment and what it needs."""
+    return lambda function: Check(rules, needs, function)

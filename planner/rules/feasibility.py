@@ -184,7 +184,7 @@ TAKEOFF_TOO_LOW = Rule(
 )
 
 
-@judges(TAKEOFF_TOO_LOW, needs=(PX4_TARGET,), refuses=True)
+@judges(TAKEOFF_TOO_LOW, needs=(PX4_TARGET,))
 def _takeoff_too_low(a: Assessment, target: Target) -> Iterator[Finding]:
     parameters = PX4.of(a)
     radius_m = _ACCEPTANCE_RADIUS_M if parameters is None else parameters.acceptance_radius_m
@@ -225,7 +225,7 @@ GATE_AT_WAYPOINT = Rule(
 )
 
 
-@judges(GATE_AT_WAYPOINT, needs=(PX4_TARGET,), refuses=True)
+@judges(GATE_AT_WAYPOINT, needs=(PX4_TARGET,))
 def _gate_at_waypoint(a: Assessment, _target: Target) -> Iterator[Finding]:
     if Command.CONDITION_GATE not in a.mission.commands:
         return

@@ -208,7 +208,7 @@ def predicted_m(
     return gained_m + stop_m + _CHECKED_EVERY_S * speed_m_s
 
 
-@judges(WAYPOINT_OUTSIDE, needs=(FENCE, _CHECKED_BY_PX4), refuses=True)
+@judges(WAYPOINT_OUTSIDE, needs=(FENCE, _CHECKED_BY_PX4))
 def _waypoint_outside(
     a: Assessment, limits: FenceLimits, _autopilot: Autopilot
 ) -> Iterator[Finding]:

@@ -7,10 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from planner import catalogue
-from planner.autopilot import Target
 from planner.findings import Finding, Rule, Severity
-from planner.mission.items import MissionFormat
-from planner.mission.takers import BOTH, unless_named
 from planner.rules.declaration import (
     ARDUPILOT_TARGET,
     BUDGET,
@@ -28,8 +25,7 @@ from planner.rules.declaration import (
     Need,
     NotEvaluated,
 )
-from planner.rules.ledger import LedgerEntry, Outcome, ledger_entry, one_entry_each
-from planner.values import replace
+from planner.rules.ledger import LedgerEntry, ledger_entry, one_entry_each
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -114,42 +110,7 @@ def judge(
                 findings += reported(a, found)
             else:
                 entries += _check_entries(check, None)
-    asked: list[LedgerEntry] = []
-    for check, found in _asked_of_others(a):
-        asked += _entries_of(check, found)
-        findings += _refusals(a, found, findings)
-    codes = {entry.code for entry in asked}
-    entries = [one for one in entries if one.outcome is Outcome.CHECKED or one.code not in codes]
-    return tuple(findings), one_entry_each(entries + asked)
-
-
-def _asked_of_others(a: Assessment) -> Iterator[tuple[Check, tuple[Found, ...]]]:
-    """Yield what is found of whether others fly a mission at all, where nobody is named and they may."""
-    if a.named is not None or a.mission.file_format is MissionFormat.FOREIGN:
-        return
-    judged = None if a.target is None else a.target.autopilot  # what the model assumes
-    able = a.may_fly or BOTH
-    for autopilot in (one for one in BOTH if one in able and one is not judged):
-        flown = replace(a, target=Target(autopilot=autopilot))
-        for subject, needs in SUBJECTS.items():
-            if all(need.of(flown) is not None for need in needs):
-                for check in (one for one in checks_of(subject) if one.refuses):
-                    found = check(a, by=flown)
-                    if not isinstance(found, Need):
-                        yield check, found
-
-
-def _refusals(
-    a: Assessment, found: tuple[Found, ...], findings: list[Finding]
-) -> Iterator[Finding]:
-    """Yield for what one autopilot refuses a mission, which may be the one that flies it.
-
-    What is an error already, whoever flies, and is mended the same way is not said again.
-    """
-    advised = {(one.item, one.fix) for one in findings if one.severity is Severity.ERROR}
-    for one in reported(a, found):
-        if one.severity is Severity.ERROR and (one.item, one.fix) not in advised:
-            yield replace(one, message=unless_named(one.message, a.may_fly))
+    return tuple(findings), one_entry_each(entries)
 
 
 def is_asked(check: Check, selection: Selection) -> bool:

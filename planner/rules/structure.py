@@ -134,7 +134,7 @@ FIRST_ROW_LOST = Rule(
 )
 
 
-@judges(FIRST_ROW_LOST, needs=(ARDUPILOT_TARGET,), refuses=True)
+@judges(FIRST_ROW_LOST, needs=(ARDUPILOT_TARGET,))
 def _first_row_lost(a: Assessment, _target: Target) -> Iterator[Finding]:
     if a.mission.file_format is not MissionFormat.WPL:
         return
@@ -359,13 +359,13 @@ COMMAND_UNSUPPORTED = Rule(
     how="The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for others) and of a region of "
     "interest its MAV_ROI, against what the autopilot's source accepts, in the version of --target.  Where "
     "nothing names the autopilot: an error where neither takes the upload, or where one that does would not "
-    "arm or start (so M101, M119, M128, M129, F117, too).",
+    "fly it; any error of either is.",
     fix="use commands the autopilot flies",
     instead="commands the autopilot flies, or --target",
 )
 
 
-@judges(COMMAND_UNSUPPORTED, needs=(TARGET,), refuses=True)
+@judges(COMMAND_UNSUPPORTED, needs=(TARGET,))
 def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
     autopilot, version = target.autopilot, target.version
     by_command: dict[tuple[int, int], Remarks] = {}
@@ -401,7 +401,7 @@ def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
         yield from remarks.findings()
 
 
-@judges(COMMAND_UNSUPPORTED, needs=(TARGET,), refuses=True)
+@judges(COMMAND_UNSUPPORTED, needs=(TARGET,))
 def _roi_refused(a: Assessment, target: Target) -> Iterator[Finding]:
     if target.autopilot is not Autopilot.PX4:
         return
@@ -431,7 +431,7 @@ VALUE_NOT_SET = Rule(
 )
 
 
-@judges(VALUE_NOT_SET, needs=(ARDUPILOT_TARGET,), refuses=True)
+@judges(VALUE_NOT_SET, needs=(ARDUPILOT_TARGET,))
 def _value_not_set(a: Assessment, _target: Target) -> Iterator[Finding]:
     remarks = Remarks()
     for number, item in enumerate(a.mission.items, start=1):

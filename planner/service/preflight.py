@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from contextlib import contextmanager
-from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from planner import catalogue, quantity
 from planner.arrays import keep_freed_memory
-from planner.autopilot import Autopilot, Target
+from planner.autopilot import Autopilot
 from planner.errors import (
     CheckFailedError,
     MavjouleError,
@@ -24,22 +22,23 @@ from planner.findings import Rule, Severity
 from planner.flight.budget import NOTHING_FLOWN, flight_batteries
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight, sample_trace
-from planner.flight.reach import GUST_SDS
 from planner.flight.returns.destination import make_destinations, with_own_returns
 from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_returns, return_limits_wh, sweep_returns_each
 from planner.mission.files import read_mission
+from planner.mission.items import MissionFormat
 from planner.mission.route.route import NOTHING_TO_FLY
 from planner.mission.takers import BOTH, unless_named
 from planner.physics.atmosphere import standard_temperature_c
 from planner.presented import PresentedCheck
-from planner.quantity import mean_of, sd_of
 from planner.rules.assessment import Assessment
 from planner.rules.energy import off_the_mean
+from planner.rules.ledger import one_entry_each
 from planner.rules.registry import judge, judge_unflown
+from planner.service.other_flights import flown_by, off_their_means, other_flights
 from planner.service.preparation import over_its_ground, prepare
-from planner.setting import Number, taking_settings
-from planner.setup import Setup, settings
+from planner.setting import taking_settings
+from planner.setup import Setup
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
@@ -218,16 +217,11 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     prepared = steps.prepare(mission, setup)
     route, setup = prepared.route, prepared.setup
     assessment = steps.assess(prepared) if route.stages else None
-    checked: tuple[LedgerEntry, ...] = ()
-    if assessment is not None:
-        findings, checked = _judged(prepared, assessment, steps)
-        findings += _by_others(prepared, assessment, findings, steps)
-    else:
-        findings = [
-            *prepared.findings,
-            *((NOTHING_TO_FLY.finding(_STANDS),) if route.stages else ()),
-            *judge_unflown(mission, setup, prepared.own_parameters),
-        ]
+    findings, checked = (
+        (_unflown(prepared), ())
+        if assessment is None
+        else _whoever_flies(prepared, assessment, steps)
+    )
     reported, suppressed = setup.selection.divide(findings, file=mission.source)
     temperature_c = setup.temperature_c
     if temperature_c is None:
@@ -258,110 +252,80 @@ def check_mission(mission: Mission, setup: Setup, *, steps: Steps = _STEPS) -> C
     )
 
 
-def _judged(
-    prepared: Preparation, assessment: Assessment, steps: Steps
-) -> tuple[list[Finding], tuple[LedgerEntry, ...]]:
+def _unflown(prepared: Preparation) -> list[Finding]:
+    """Return what is found of a mission that does not move the vehicle."""
+    return [
+        *prepared.findings,
+        *((NOTHING_TO_FLY.finding(_STANDS),) if prepared.route.stages else ()),
+        *judge_unflown(prepared.mission, prepared.setup, prepared.own_parameters),
+    ]
+
+
+Judged: TypeAlias = "tuple[list[Finding], tuple[LedgerEntry, ...]]"
+
+
+def _judged(prepared: Preparation, assessment: Assessment, steps: Steps) -> Judged:
     """Return what is found of a mission as one autopilot flies it, and what was checked."""
     found, checked = steps.judge(assessment, prepared.setup.selection)
     findings = [*assessment.findings, *found]
-    findings += _by_what_is_held_back(prepared, findings)
-    findings += _over_known_terrain(prepared, findings)
-    findings += _over_other_ground(prepared, assessment, findings)
-    findings += _at_two_deviations(prepared, assessment, findings)
-    if steps.judges_file:
-        findings += _at_own_speeds(prepared, findings)
-    return findings, checked
+    for other, note in other_flights(prepared, assessment, at_own_speeds=steps.judges_file):
+        flown = assess(other)
+        if flown is not None:
+            findings += _decided_by(flown, findings, note)
+    return [*findings, *_at_two_deviations(prepared, assessment, findings)], checked
 
 
-def _by_what_is_held_back(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
-    """Yield the errors of a flight only where speeds that may be carried out, or not, are the other way."""
-    for other in prepared.route.others:
-        yield from _further_errors(replace(prepared, route=other.route), found, other.note)
-
-
-def _over_known_terrain(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
-    """Yield the errors of a flight only where ArduPilot knows the terrain, by which it flies to a landing.
-
-    Whether it does no parameter says: TERRAIN_ENABLE allows it.  Both flights have to be possible.
-    """
-    terrain = prepared.setup.terrain
-    if terrain is None or not getattr(prepared.parameters, "terrain_enable", 0):
+def _by_others(
+    prepared: Preparation, assessment: Assessment, steps: Steps
+) -> Iterator[tuple[Autopilot, Judged]]:
+    """Yield who may fly a mission too, where nobody is named, and what is found and checked of its flight."""
+    mission = prepared.mission
+    if assessment.named is not None or mission.file_format is MissionFormat.FOREIGN:
         return
-    from planner.flight.motion.followed_ground import following_to_land
-
-    route = following_to_land(prepared.route, terrain)
-    if route is not None:
-        note = "with terrain data, by which ArduPilot flies to the landing"
-        yield from _further_errors(replace(prepared, route=route), found, note)
-
-
-def _over_other_ground(
-    prepared: Preparation, assessment: Assessment, found: Sequence[Finding]
-) -> Iterator[Finding]:
-    """Yield the errors of a flight only by those of overlapping terrain files that did not count."""
-    terrain, setup = prepared.setup.terrain, prepared.setup
-    if terrain is None or len(terrain.tiles) == 1:
-        return
-    from planner.rules.overlapping_terrain import others_around
-
-    for other in others_around(assessment, terrain):
-        again = prepare(prepared.mission, replace(setup, terrain=other.grid))
-        yield from _further_errors(again, found, f"by the ground of {other.source}")
-
-
-def _at_own_speeds(prepared: Preparation, found: Sequence[Finding]) -> Iterator[Finding]:
-    """Yield the errors of a mission at the speeds it commands, where it was predicted at another.
-
-    The vehicle flies what is in the file.
-    """
-    if prepared.setup.speed_m_s is None:
-        return
-    from planner.mission.convert import SPEED_REPLACED
-
-    if any(one.code == SPEED_REPLACED.code for one in prepared.findings):
-        again = prepare(prepared.mission, replace(prepared.setup, speed_m_s=None))
-        yield from _further_errors(again, found, "at the speeds of the file, which are flown")
+    assumed = None if assessment.target is None else assessment.target.autopilot
+    for by in (one for one in BOTH if one in (assessment.may_fly or BOTH) and one is not assumed):
+        own = steps.by(by)
+        again = own.prepare(mission, flown_by(by, prepared.setup))
+        other = own.assess(again) if again.route.stages else None
+        yield by, (_unflown(again), ()) if other is None else _judged(again, other, own)
 
 
 _AT_THE_DESK = frozenset({"M110", "M126"})
 """What shows as a mission is uploaded, where whoever refuses it does not fly it; told of both already."""
 
 
-def _by_others(
-    prepared: Preparation, assessment: Assessment, found: Sequence[Finding], steps: Steps
-) -> Iterator[Finding]:
-    """Yield the errors of a mission as each autopilot would fly it that may, where nobody is named.
+def _whoever_flies(prepared: Preparation, assessment: Assessment, steps: Steps) -> Judged:
+    """Return what is found of a mission, and what was checked: a go holds whoever flies it.
 
-    A go holds whoever flies it.
+    Where one autopilot alone flies what is found, it is said which, and that another may be named.
     """
-    setup = prepared.setup
-    reported, _ = setup.selection.divide(found, file=prepared.mission.source)
-    if assessment.named is not None or any(one.severity is Severity.ERROR for one in reported):
-        return
-    assumed = None if assessment.target is None else assessment.target.autopilot
-    for by in (one for one in BOTH if one in assessment.may_fly and one is not assumed):
-        own = steps.by(by)
-        again = own.prepare(prepared.mission, flown_by(by, setup))
-        other = own.assess(again)
-        if other is not None:
-            judged, _ = _judged(again, other, own)
-            note = unless_named(f"flown by {by.label}", assessment.may_fly)
-            further = _further(judged, found, note)
-            yield from (one for one in further if one.code not in _AT_THE_DESK)
+    findings, checked = _judged(prepared, assessment, steps)
+    if _is_refused(prepared, findings):
+        return findings, checked
+    entries = [] if assessment.target is None else [*checked]
+    for by, (judged, also) in _by_others(prepared, assessment, steps):
+        entries += also
+        for one in _further(judged, findings, prepared.setup):
+            if one.code not in _AT_THE_DESK:
+                said = (
+                    one.message
+                    if by.label in one.message
+                    else f"{one.message} (flown by {by.label})"
+                )
+                findings.append(replace(one, message=unless_named(said, assessment.may_fly)))
+    return findings, one_entry_each(entries) if entries else checked
 
 
-def flown_by(autopilot: Autopilot, setup: Setup) -> Setup:
-    """Return a setup with an autopilot named: whose rules count for reference steps, else who flies."""
-    if setup.flown_by is Autopilot.STEP:
-        return replace(setup, target=Target(autopilot=autopilot))
-    return replace(setup, autopilot=autopilot)
+def _is_refused(prepared: Preparation, found: Sequence[Finding]) -> bool:
+    """Return whether an error is reported, that no setting keeps out of the report."""
+    reported, _ = prepared.setup.selection.divide(found, file=prepared.mission.source)
+    return any(one.severity is Severity.ERROR for one in reported)
 
 
 _LIMITS = frozenset({"E103", "E104", "E110", "E114", "E116", "E120", "E122", "E133"})
 """What is past these comes down or flies elsewhere, however much energy is left."""
 _NOT_COUNTED = frozenset({"E108"})
 """Of what a model does not count: what it counts is drawn (E119, E124)."""
-_BACKWARD_DEG = 180.0
 
 
 def _at_two_deviations(
@@ -372,11 +336,10 @@ def _at_two_deviations(
     What conditions take of the energy is drawn (E119, E124) where it can be, what gusts do is judged as they
     are.
     """
-    reported, _ = prepared.setup.selection.divide(found, file=prepared.mission.source)
-    if any(one.severity is Severity.ERROR for one in reported):
+    if _is_refused(prepared, found):
         return
     wind, vehicle = prepared.setup.wind, prepared.setup.vehicle
-    for setup, note, sds in _off_their_means(prepared.setup):
+    for setup, note, sds in off_their_means(prepared.setup):
         # Nothing is drawn about these: a model without a spread has nothing to draw by.
         alone = replace(setup, vehicle=replace(vehicle, spread=None))
         again = assess(prepare(prepared.mission, alone))
@@ -384,115 +347,26 @@ def _at_two_deviations(
             continue
         is_counted = setup.wind is not wind and setup.vehicle.knows_airspeed
         codes = _LIMITS if is_counted else _LIMITS | _NOT_COUNTED
-        yield from _errors_of(again, found, note, codes=codes)
+        yield from _decided_by(again, found, note, codes=codes)
         yield from off_the_mean(assessment, again, note, sds=sds)
 
 
-def _off_their_means(setup: Setup) -> Iterator[tuple[Setup, str, float]]:
-    """Yield a setup with each uncertain condition off its mean, that in words, and by how many deviations.
-
-    Then with all of them as far as makes two deviations together: limits may be near that no condition
-    reaches alone.
-    """
-    worse = _worse_ends(setup)
-    for ends in worse:
-        for end in ends:
-            other, words = end(setup, GUST_SDS)
-            yield other, f"at {words}, two standard deviations from the mean", GUST_SDS
-    if len(worse) > 1:
-        sds = GUST_SDS / math.sqrt(len(worse))
-        for ends_of_all in product(*worse):
-            other, said = setup, []
-            for end in ends_of_all:
-                other, words = end(other, sds)
-                said.append(words)
-            each = f"each {quantity.decimals(sds, 1)} standard deviations from the mean"
-            yield other, f"at {' and '.join(said)}, {each}", GUST_SDS
-    wind = setup.wind
-    if wind.from_sd_deg and wind.speed_m_s:
-        for sds, many in ((1.0, "one standard deviation"), (GUST_SDS, "two standard deviations")):
-            for side in (sds, -sds):
-                if sds * wind.from_sd_deg <= _BACKWARD_DEG:  # farther off it is another's
-                    from_deg = (wind.from_deg + side * wind.from_sd_deg) % 360.0
-                    turned = replace(wind, from_deg=from_deg, from_sd_deg=0.0)
-                    note = f"at wind from {from_deg:.0f}°, {many} from the mean"
-                    yield replace(setup, wind=turned), note, sds
-
-
-_End: TypeAlias = "Callable[[Setup, float], tuple[Setup, str]]"
-"""Moves an uncertain condition so many deviations to one side; with what it is then, in words."""
-
-
-def _worse_ends(setup: Setup) -> list[tuple[_End, ...]]:
-    """Return the sides of each uncertain condition that may be the worse one."""
-
-    def heavier(one: Setup, sds: float) -> tuple[Setup, str]:
-        kg = _in_range("payload_kg", mean_of(setup.payload_kg) + sds * sd_of(setup.payload_kg))
-        return replace(one, payload_kg=kg), f"{quantity.mass(kg)} of payload"
-
-    def emptier(one: Setup, sds: float) -> tuple[Setup, str]:
-        charge = max(mean_of(setup.charge) - sds * sd_of(setup.charge), 0.0)
-        return replace(one, charge=charge), f"{quantity.percent(charge)} of the charge"
-
-    def warmer(one: Setup, sds: float) -> tuple[Setup, str]:
-        mean_c, sd_c = mean_of(setup.temperature_c or 0.0), sd_of(setup.temperature_c)
-        air_c = _in_range("temperature_c", mean_c + sds * sd_c)
-        return replace(one, temperature_c=air_c), quantity.temperature(air_c)
-
-    def stronger(one: Setup, sds: float) -> tuple[Setup, str]:
-        wind = setup.wind
-        speed_m_s = max(wind.speed_m_s + sds * wind.speed_sd_m_s, 0.0)
-        other = replace(wind, speed_m_s=speed_m_s, speed_sd_m_s=0.0)
-        return replace(one, wind=other), f"{quantity.speed(speed_m_s)} of wind"
-
-    def back(end: _End) -> _End:
-        return lambda one, sds: end(one, -sds)
-
-    return [
-        ends
-        for sd, ends in (
-            (sd_of(setup.payload_kg), (heavier,)),
-            (sd_of(setup.charge), (emptier,)),
-            # thin air, or a cold battery; a wind against it, or from behind that is missed
-            (sd_of(setup.temperature_c), (warmer, back(warmer))),
-            (setup.wind.speed_sd_m_s, (stronger, back(stronger))),
-        )
-        if sd
-    ]
-
-
-def _in_range(key: str, number: float) -> float:
-    """Return a number of a setting, or the nearest that may be given: no air is warmer than that."""
-    kind = settings()[key].kind
-    assert isinstance(kind, Number)
-    return min(max(number, kind.low), kind.high)
-
-
-def _further_errors(
-    prepared: Preparation, found: Sequence[Finding], note: str
-) -> Iterator[Finding]:
-    """Yield the errors of another flight of a mission that are none of the first."""
-    other = assess(prepared)
-    if other is not None:
-        yield from _errors_of(other, found, note)
-
-
-def _errors_of(
+def _decided_by(
     other: Assessment, found: Sequence[Finding], note: str, *, codes: Container[str] | None = None
 ) -> Iterator[Finding]:
-    """Yield the errors of another flight of a mission that are none of the first, of some codes alone."""
+    """Yield what is found of another flight that decides the verdict as well, of some codes alone."""
     judged, _ = judge(other, other.setup.selection)
-    for one in _further((*other.findings, *judged), found, note):
+    for one in _further((*other.findings, *judged), found, other.setup):
         if codes is None or one.code in codes:
-            yield one
-
-
-def _further(judged: Iterable[Finding], found: Sequence[Finding], note: str) -> Iterator[Finding]:
-    """Yield the errors that are none of the first, with a note on when they are."""
-    known = {one.code for one in found if one.severity is Severity.ERROR}
-    for one in judged:
-        if one.severity is Severity.ERROR and one.code not in known:
             yield replace(one, message=f"{one.message} ({note})")
+
+
+def _further(
+    judged: Iterable[Finding], found: Sequence[Finding], setup: Setup
+) -> Iterator[Finding]:
+    """Yield what decides the verdict, as an error or what it fails on, and no code of which has yet."""
+    known = {one.code for one in found if one.severity >= setup.fail_on}
+    yield from (one for one in judged if one.severity >= setup.fail_on and one.code not in known)
 
 
 check = taking_settings("check", check_mission, Setup)

@@ -15,7 +15,8 @@ from planner.flight.pilot import step_speeds_m_s
 from planner.flight.prediction import predict_costs
 from planner.mission.convert import level_speeds, routes_at_speeds
 from planner.presented import Presented
-from planner.service.preflight import Steps, WhatIfSteps, check_mission, flown_by
+from planner.service.other_flights import flown_by
+from planner.service.preflight import Steps, WhatIfSteps, check_mission
 from planner.service.preparation import at_speed, prepare
 from planner.setting import is_finite_number
 from planner.setup import Setup

@@ -14,6 +14,7 @@ from planner.findings import Severity
 from planner.mission.files import read_mission_bytes
 from planner.mission.takers import BOTH, NAME_IT
 from planner.notation import read_battery
+from planner.selection import Selection
 from planner.service.preflight import CheckResult, check_mission
 from planner.service.sweep.sweep import sweep
 from planner.setup import Setup
@@ -124,8 +125,24 @@ def test_who_does_not_fly_it_is_told_and_what_to_do() -> None:
     mission = mission_of(*FLOWN_OTHERWISE["a time of day"])
     [one] = [one for one in checked(mission, LIKE_PX4).findings if one.severity is Severity.ERROR]
     assert one.message == (
-        f"waits in the air until 14:30:00 UTC: not counted (flown by ArduPilot; {NAME_IT})"
+        f"waits in the air until 14:30:00 UTC: not counted (flown by ArduPilot); {NAME_IT}"
     )
+
+
+def test_a_warning_of_one_of_both_decides_where_warnings_do() -> None:
+    # PX4 flies no faster than MPC_XY_VEL_MAX, ArduPilot as fast as it is told: T103 is of PX4 alone.
+    mission = mission_of(*ORDINARY, "2 178 1 40 -1 0 0 0 0", PLACE, RETURN)
+    strict = replace(
+        flown_by(LIKE_ARDUPILOT), fail_on=Severity.WARNING, selection=Selection(ignore=("L150",))
+    )
+    by_px4, by_ardupilot = (
+        check_mission(mission, replace(strict, autopilot=by)).verdict for by in BOTH
+    )
+    assert (by_px4, by_ardupilot) == ("no-go", "go")
+    unnamed = check_mission(mission, strict)
+    assert unnamed.verdict == "no-go"
+    assert [one.code for one in unnamed.findings if one.severity is Severity.WARNING] == ["T103"]
+    assert check_mission(mission, replace(strict, fail_on=Severity.ERROR)).verdict == "go"
 
 
 def test_who_refuses_the_upload_is_nobody_to_name() -> None:

@@ -29,7 +29,8 @@ from planner.flight.uncertainty import sample_flights, sample_times, tightest_ro
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
 from planner.rules.registry import SUBJECTS, checks_of, is_asked, reported
-from planner.service.preflight import Steps, assess_flown, count_packs, flown_by, fly
+from planner.service.other_flights import flown_by
+from planner.service.preflight import Steps, assess_flown, count_packs, fly
 from planner.service.preparation import Preparation, over_its_ground, prepare
 from planner.setup import Setup
 from planner.values import Value, field_names, field_values, replace
