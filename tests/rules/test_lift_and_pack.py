@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from made_missions import mission, rtl, takeoff, waypoint
+from made_missions import item, mission, north, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -181,6 +181,29 @@ def test_a_hover_throttle_that_was_measured_tells_what_thin_air_takes(
     }
     assert bool(reported("E120", UNTOLD, **given)) is not is_known
     assert [one for one, _ in reported("E116", UNTOLD, **given)] == severities
+
+
+@pytest.mark.parametrize(("hover", "severity"), [(0.70, Severity.WARNING), (0.72, Severity.ERROR)])
+def test_the_voltage_at_the_end_of_a_return_counts_where_the_mission_lands_before(
+    hover: float, severity: Severity
+) -> None:
+    """3.5 km away, at 23.8 of 25.2 V, hovering takes 1.12 times the thrust: 0.81 of it at the most.
+
+    Home again, at 22.8 V, it takes 1.22 times: 0.857 and 0.882, of which it sinks from 0.87 on.
+    """
+    away = mission(takeoff(30), waypoint(3500, 30), item(21, north(3500), 0.0))
+    given = ParameterSet(
+        source="p.param",
+        values={"MOT_THST_HOVER": ParameterValue(hover)},
+        stack=Autopilot.ARDUPILOT,
+    )
+    result = check(away, UNTOLD, parameters=given)
+    assert result.assessment is not None
+    assert result.assessment.discharge is not None
+    assert float(result.assessment.discharge.voltage_v.min()) == pytest.approx(23.8, abs=0.05)
+    [told] = [one for one in result.findings if one.code == "E116"]
+    assert told.severity is severity
+    assert "at 22.8 V" in told.message
 
 
 @pytest.mark.parametrize(

@@ -123,13 +123,28 @@ def test_a_return_that_climbs_a_little_above_a_landing_is_judged_at_that(
     assert [one.severity for one in found] == [Severity.ERROR] * is_low
 
 
-@pytest.mark.parametrize(("return_m", "is_low"), [(60, False), (59, True)])
-def test_a_return_from_a_take_off_to_a_rally_point_counts(return_m: int, *, is_low: bool) -> None:
+BY_RALLY = "RALLY_INCL_HOME,0\nRALLY_LIMIT_KM,1\n"
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "given", "is_low"),
+    [
+        (Autopilot.ARDUPILOT, f"RTL_ALT,6000\n{BY_RALLY}", False),
+        (Autopilot.ARDUPILOT, f"RTL_ALT,5900\n{BY_RALLY}", True),
+        (Autopilot.STEP, f"RTL_ALT,6000\n{BY_RALLY}", False),
+        (Autopilot.STEP, f"RTL_ALT,5900\n{BY_RALLY}", True),
+        # above the rally point, which is 20 m above home
+        (Autopilot.PX4, "RTL_RETURN_ALT,40\nRTL_TYPE,5\n", False),
+        (Autopilot.PX4, "RTL_RETURN_ALT,39\nRTL_TYPE,5\n", True),
+    ],
+)
+def test_a_return_from_a_take_off_to_a_rally_point_counts(
+    autopilot: Autopilot, given: str, *, is_low: bool
+) -> None:
     """It goes up and down alone; the rally point is behind the ridge."""
     rally = RallyPoint(latitude_deg=north(480), longitude_deg=8.0, height_above_home_m=20.0)
     hop = replace(mission(takeoff(90), item(21, north(0))), rally=(rally,))
-    given = f"RTL_ALT,{return_m}00\nRALLY_INCL_HOME,0\nRALLY_LIMIT_KM,1\n"
-    found = told(hop, ground(55.0), OF[Autopilot.ARDUPILOT], given)
+    found = told(hop, ground(55.0), OF[autopilot], given)
     assert [one.severity for one in found] == [Severity.ERROR] * is_low
 
 

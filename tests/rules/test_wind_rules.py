@@ -75,6 +75,26 @@ def test_wind_beyond_the_limit_of_a_vehicle_that_only_hovers_climbs_and_lands_is
     assert severities("W101", one, LIMITED, autopilot, wind=wind) == [ERROR] * fires
 
 
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+@pytest.mark.parametrize(
+    ("wind_m_s", "from_deg", "fires"),
+    [
+        (11.89, 0.0, False),  # 0.11 m/s over ground are left of 12 against it
+        (11.91, 0.0, True),  # 0.09: as good as none
+        (11.91, 180.0, True),  # on the way home
+        (11.999, 90.0, False),  # √(12² − 11.999²) = 0.15 across it
+        (11.9997, 90.0, True),  # 0.08
+    ],
+)
+def test_a_leg_without_headway_is_an_error_in_a_wind_that_a_hover_holds(
+    autopilot: Autopilot, wind_m_s: float, from_deg: float, *, fires: bool
+) -> None:
+    out = mission(takeoff(30), waypoint(300, 30), rtl())
+    wind = Wind(speed_m_s=wind_m_s, from_deg=from_deg)
+    assert severities("W101", HOVER, LIMITED, autopilot, wind=wind) == []
+    assert severities("W101", out, LIMITED, autopilot, wind=wind) == [ERROR] * fires
+
+
 def test_a_wind_that_grows_with_height_is_met_at_the_top() -> None:
     # 8 m/s at 10 m and twice that at 40 m, with the root of the height: 12 m/s are met at 22.5 m.
     wind = Wind(speed_m_s=8.0, reference_height_m=10.0, shear_exponent=0.5)

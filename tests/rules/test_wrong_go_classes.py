@@ -209,23 +209,28 @@ def home_in_a_breeze(case: Case, share: float) -> Case:
     return _down_the_wind(case, 0.2 * share * most_m_s, 1000.0, 0.7 * most_m_s)
 
 
-def _with_return_of(case: Case, times: float) -> Case:
+def _with_return_of(case: Case, times: float, *, reserve: float = 0.2) -> Case:
     """Land so far off that out and home take ``times`` the energy above the reserve."""
     height_m = case.items[0].altitude_m or 0.0
     there = (at(0.0, 1500.0, height_m), at(0.0, 1500.0, 0.0, command=21))
-    case = replace(case, items=(case.items[0], *there)).with_given(reserve=0.2)
+    case = replace(case, items=(case.items[0], *there)).with_given(reserve=reserve)
     capacity_wh = 60.0
     for _ in range(3):  # a lighter one takes less
         out = battery_of(case, capacity_wh).check().return_plan
         assert out is not None
         assert out.margin_wh is not None
-        capacity_wh -= out.margin_wh / 0.8
+        capacity_wh -= out.margin_wh / (1.0 - reserve)
     return battery_of(case, capacity_wh / times)
 
 
 def short_on_the_way_home(case: Case, share: float) -> Case:
     """The mission, which lands away, is flown above the reserve; its return would end below."""
     return _with_return_of(case, 1.02 + 0.1 * share)
+
+
+def home_with_hardly_anything(case: Case, share: float) -> Case:
+    """The mission lands with half of the battery; a return would leave 0.2 to 1 % of it.  No reserve."""
+    return _with_return_of(case, 0.998 - 0.008 * share, reserve=0.0)
 
 
 def enough_for_the_way_home(case: Case, share: float) -> Case:
@@ -280,6 +285,14 @@ def _over_ground(case: Case, ridge_m: float) -> Case:
 def over_a_ridge(case: Case, share: float) -> Case:
     """20 m of ground between two places rise to the height of flight or above it."""
     return _over_ground(case, (case.items[0].altitude_m or 0.0) + 10.0 * share)
+
+
+def home_behind_a_ridge(case: Case, share: float) -> Case:
+    """It passes a ridge 30 m above it and lands behind: from there it returns at 30 m, or nobody knows."""
+    ridge_m = 25.5 + 30.0 * share
+    first, *_ = case.items
+    high = replace(case, items=(replace(first, altitude_m=ridge_m + 30.0), *case.items[1:]))
+    return _over_ground(high, ridge_m)
 
 
 def over_level_ground(case: Case, share: float) -> Case:  # noqa: ARG001 - of one form with faults
@@ -503,10 +516,19 @@ CLASSES = (
     WrongGo(7, fence_switched_on, (ARDUPILOT, STEP), "F101", fence_stays_off),
     WrongGo(8, never_lands, ALL, "M102"),
     WrongGo(9, over_a_ridge, ALL, "A102", over_level_ground),
+    WrongGo(9, home_behind_a_ridge, ALL, "A104 X904", over_level_ground, "a return from"),
     WrongGo(9, landing_on_a_slope, ALL, "A117", landing_on_hardly_a_slope),
     WrongGo(10, heights_of_nowhere, ALL, "A105"),
     WrongGo(11, impossible_pack, ALL, "E123"),
     WrongGo(12, nothing_left, ALL, "E101 E102 E104 E124", half_left),
+    WrongGo(
+        12,
+        home_with_hardly_anything,
+        ALL,
+        "E124",
+        enough_for_the_way_home,
+        "before a return has landed",
+    ),
     WrongGo(13, wind_action, (PX4, STEP), "W104", wind_action_far_off),
     WrongGo(13, ended_by_the_clock, (PX4, STEP), "E103", home_before_the_clock),
     WrongGo(13, too_wrong_a_position, (PX4, STEP), "T114", a_position_as_right_as_asked),
