@@ -1,9 +1,21 @@
 """What every test shares: a gate that gives the same answer twice."""
 
+from __future__ import annotations
+
 import gc
 import os
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+HERE = Path(__file__).resolve().parent
+WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
+WORKERS = os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")
 
 # pymavlink's mavutil and mavwp ask for it at different times; set in between, they contradict
 # each other (mavwp then makes MISSION_ITEMs with a field that mavutil's dialect has not).
@@ -25,3 +37,23 @@ def pytest_collection_finish() -> None:
     """Look for garbage from here on, in what tests make."""
     gc.freeze()
     gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Let each worker begin to collect in another room: what one has compiled, the others read."""
+    report = yield
+    if WORKER and isinstance(collector, pytest.Directory) and collector.path == HERE:
+        files = [len(list(room.path.rglob("test_*.py"))) for room in report.result]
+        before = sum(files) * int(WORKER.removeprefix("gw")) / int(WORKERS)
+        first = sum(sum(files[: room + 1]) <= before for room in range(len(files)))
+        report.result = report.result[first:] + report.result[:first]
+    return report
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Order tests as they stand, wherever collecting began: workers have to agree on it."""
+    if WORKER:
+        items.sort(key=lambda item: item.path)
