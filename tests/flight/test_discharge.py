@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,6 +67,7 @@ def discharged(battery: Battery = PACK, *, charge: float = 1.0) -> Discharge:
     return discharge
 
 
+@cache
 def checked(battery: Battery | None = PACK, **asked: float | Wind) -> CheckResult:
     return check(DELIVERY, SURVEY, battery=battery, **asked)  # type: ignore[arg-type]  # by name
 

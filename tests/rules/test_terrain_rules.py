@@ -44,6 +44,7 @@ from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.mission.items import Mission, MissionItem
 
@@ -691,35 +692,35 @@ def test_ground_under_a_line_is_exact_at_every_place_of_it(
     own = (t - ground_of.start[part]) / (ground_of.end - ground_of.start)[part]
     first, last = ground_of.ground_amsl_m[part].T
     places = latitude[0, 0] + t * np.diff(latitude)[0], longitude[0, 0] + t * np.diff(longitude)[0]
-    known = [higher_triangles_m(terrain.tiles[0], *place) for place in zip(*places, strict=True)]
+    known = higher_triangles_m(terrain.tiles[0], *places)
     np.testing.assert_allclose(first + own * (last - first), known, atol=2e-3)
     bilinear = terrain.height_amsl_m(*places).filled(np.nan)
-    assert not (bilinear > np.array(known) + 2e-3).any()
+    assert not (bilinear > known + 2e-3).any()
 
 
-def higher_triangles_m(tile: TerrainTile, latitude_deg: float, longitude_deg: float) -> float:
-    """Return the ground of one place by its definition: planes through three of four centres of cells."""
-    row, column = (float(one) for one in tile.row_column(latitude_deg, longitude_deg))
+def higher_triangles_m(
+    tile: TerrainTile, latitude_deg: FloatArray, longitude_deg: FloatArray
+) -> FloatArray:
+    """Return the ground of places by its definition: planes through three of four centres of cells."""
+    row, column = tile.row_column(latitude_deg, longitude_deg)
     rows, columns = tile.heights_amsl_m.shape
-    if not (-0.5 <= row <= rows - 0.5 and -0.5 <= column <= columns - 0.5):
-        return math.nan
-    row, column = min(max(row, 0.0), rows - 1.0), min(max(column, 0.0), columns - 1.0)
-    top, left = min(int(row), rows - 2), min(int(column), columns - 2)
-    centres = {
-        (i, j): float(tile.heights_amsl_m[top + i, left + j]) for i in (0, 1) for j in (0, 1)
-    }
-    y, x = row - top, column - left
-    corners = sorted(centres)
-    best = -math.inf
+    known = (row >= -0.5) & (row <= rows - 0.5) & (column >= -0.5) & (column <= columns - 0.5)
+    row, column = np.clip(row, 0.0, rows - 1.0), np.clip(column, 0.0, columns - 1.0)
+    top = np.minimum(row.astype(int), rows - 2)
+    left = np.minimum(column.astype(int), columns - 2)
+    places = np.stack([np.ones(len(row)), row - top, column - left])
+    corners = [(0, 0), (0, 1), (1, 0), (1, 1)]
+    best = np.full(len(row), -math.inf)
     for diagonal in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
         for third in (corner for corner in corners if corner not in diagonal):
             three = [*diagonal, third]
-            matrix = [[1.0, *corner] for corner in three]
-            plane = np.linalg.solve(matrix, [centres[corner] for corner in three])
-            shares = np.linalg.solve(np.transpose(matrix), [1.0, y, x])
-            if (shares >= -1e-9).all():  # the place is in this triangle
-                best = max(best, float(plane @ [1.0, y, x]))
-    return best
+            matrix = np.array([[1.0, *corner] for corner in three])
+            centres = np.array([tile.heights_amsl_m[top + i, left + j] for i, j in three])
+            planes = np.linalg.solve(matrix, centres.astype(np.float64))
+            shares = np.linalg.solve(matrix.T, places)
+            inside = (shares >= -1e-9).all(axis=0)  # the place is in this triangle
+            best = np.where(inside, np.maximum(best, (planes * places).sum(axis=0)), best)
+    return np.where(known, best, math.nan)
 
 
 def test_a_wall_of_one_cell_is_found_however_it_lies_to_the_path() -> None:
