@@ -135,13 +135,14 @@ class PolygonBarrier(Value, eq=False):
         """Return the least signed distance of each leg; a depth is right within 1 cm."""
         import shapely
 
-        lines = _lines(legs)
-        nearest = self.edges.geometries[self.edges.nearest(lines)]
-        clearance = np.asarray(shapely.distance(lines, nearest), np.float64)
-        touch = shapely.get_coordinates(shapely.shortest_line(lines, nearest))[::2]
-        along = np.hypot(*(touch - legs.start_m).T)
-
+        clearance, along = np.empty(len(legs.length_m)), np.empty(len(legs.length_m))
         outside = self.spans_outside(legs)
+        inside = np.setdiff1d(np.arange(len(clearance)), outside.leg)
+        lines = _lines(legs)[inside]
+        nearest = self.edges.geometries[self.edges.nearest(lines)]
+        clearance[inside] = shapely.distance(lines, nearest)
+        touch = shapely.get_coordinates(shapely.shortest_line(lines, nearest))[::2]
+        along[inside] = np.hypot(*(touch - legs.start_m[inside]).T)
         if len(outside.leg):
             start = legs.point_m(outside.start_m, outside.leg)
             depth, fraction = self._greatest_depth_m(

@@ -452,9 +452,10 @@ def _returns(flown: FencedFlight, barriers: list[Barrier], crossing: set[int]) -
         if len(cut):
             yield _return_crosses(flown, barrier, cut)
             return
+        if is_near.any() or crossing or not on.any():
+            continue
         along_m = barrier.leg_clearance(returns.along).clearance_m
-        is_free = not (is_near.any() or crossing)
-        if is_free and on.any() and along_m.min(initial=np.inf) < flown.position_error_m:
+        if along_m.min(initial=np.inf) < flown.position_error_m:
             yield _along_crosses(flown, barrier, int(along_m.argmin()), float(along_m.min()))
             return
 
@@ -472,15 +473,22 @@ def _cut_off(
     rows, margin_m = rows[near], margin_m[near]
     if not len(rows):
         return rows
-    own = np.arange(len(rows))
-    straight = returns.areas(rows, own)
-    cut = straight.near(barrier, 0.0)
-    if most_m > 0.0:
-        cut |= straight.near(barrier, most_m) & (margin_m > 0.0)
-    # A stop that crosses the fence is F102's.
-    stops = straight_legs(returns.place_m[rows].reshape(-1, 2), returns.stop_m[rows].reshape(-1, 2))
-    stands = (barrier.leg_clearance(stops).clearance_m >= 0.0).reshape(-1, 2).all(axis=1)
-    cut |= returns.areas(rows, own, with_stops=True).near(barrier, 0.0) & stands
+    cut = np.zeros(len(rows), bool)
+    for within_m in sorted({0.0, most_m}):
+        asked = np.flatnonzero((margin_m > 0.0) == (within_m > 0.0))
+        if len(asked):
+            straight = returns.areas(rows[asked], np.arange(len(asked)))
+            cut[asked] = straight.near(barrier, within_m)
+    swung = np.flatnonzero(~cut)
+    if len(swung):
+        around = returns.areas(rows[swung], np.arange(len(swung)), with_stops=True)
+        swung = swung[around.near(barrier, 0.0)]
+    if len(swung):  # a stop that crosses the fence is F102's
+        begun, stood = (
+            both[rows[swung]].reshape(-1, 2) for both in (returns.place_m, returns.stop_m)
+        )
+        stands = barrier.leg_clearance(straight_legs(begun, stood)).clearance_m >= 0.0
+        cut[swung] = stands.reshape(-1, 2).all(axis=1)
     return rows[cut]
 
 
