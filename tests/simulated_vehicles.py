@@ -21,7 +21,7 @@ from planner.service.simulation import (
     predict_flown,
 )
 from planner.setup import Setup
-from planner.simulator.faults import read_faults
+from planner.simulator.faults import Faults, read_faults
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -67,6 +67,11 @@ def predicted(held: Mission, asked: SimulationRequest) -> FlownMission | None:
     return predict_flown(held, asked)
 
 
+def _of_flights(asked: SimulationRequest) -> SimulationRequest:
+    """Return what flights are predicted by: neither the line nor the clock nor what is wrong with it."""
+    return SimulationRequest(autopilot=asked.autopilot, setup=asked.setup)
+
+
 def vehicle(
     autopilot: Autopilot,
     faults: str = "",
@@ -75,12 +80,14 @@ def vehicle(
 ) -> SimulatedVehicle:
     """Return a simulated vehicle with `out_and_back` on it, and some parameters of its own."""
     asked = request(autopilot, faults, **changes)
-    setup = _setup(asked)
+    setup = _setup(replace(asked, faults=Faults(), speed_up=1.0))
     own = tuple(
         replace(one, value=(given or {}).get(one.name, one.value)) for one in setup.parameters
     )
     return SimulatedVehicle(
-        replace(setup, parameters=own), lambda held: predicted(held, asked), speed_up=asked.speed_up
+        replace(setup, parameters=own, misbehaviour=asked.faults.vehicle),
+        lambda held: predicted(held, _of_flights(asked)),
+        speed_up=asked.speed_up,
     )
 
 

@@ -30,8 +30,13 @@ PACKS = '[swap]\ntime_s = 60\n[pack.P]\nbattery = "5.2Ah@14.8V"\ncount = 3\n'
 
 def said(*tables: str, **missions: Mission) -> dict[str, list[str]]:
     """Return the messages of a simulation by their codes, infos left out."""
+    return told(simulated(*tables, **missions))
+
+
+def told(result: SwarmResult) -> dict[str, list[str]]:
+    """Return the messages of what was simulated by their codes, infos left out."""
     found: dict[str, list[str]] = {}
-    for one in simulated(*tables, **missions).findings:
+    for one in result.findings:
         if one.severity > Severity.INFO:
             found.setdefault(one.code, []).append(one.message)
     return found
@@ -91,7 +96,7 @@ def test_agents_that_keep_their_separation_exactly_come_no_nearer() -> None:
 
 def test_nobody_lands_on_a_pad_where_another_still_stands() -> None:
     assert "S116" not in said(exchanging())
-    waiting = said(exchanging(more="available_from_s = 300"))
+    waiting = said(exchanging(more="available_from_s = 100"))
     # position errors of 2.5 m each
     [message] = waiting["S116"]
     assert message.startswith("a and b: ")
@@ -99,7 +104,7 @@ def test_nobody_lands_on_a_pad_where_another_still_stands() -> None:
     assert message.endswith("5.0 m required")
     # places that are known exactly are no less taken
     exact = exchanging(
-        more="available_from_s = 300", separation="[conditions]\nposition_error_m = 0\n"
+        more="available_from_s = 100", separation="[conditions]\nposition_error_m = 0\n"
     )
     assert said(exact)["S116"]
 
@@ -110,7 +115,7 @@ def test_pads_are_as_far_apart_as_the_ground_asks_for() -> None:
             tables = formation(apart_m).replace(
                 "horizontal_m = 10\n", f"horizontal_m = 10\n{ground}"
             )
-            assert ("S116" in said(tables)) is is_near, (ground, apart_m)
+            assert ("S116" in told(simulated(tables, until_s=60.0))) is is_near, (ground, apart_m)
 
 
 def test_weather_and_loads_that_a_model_does_not_count_are_said_of_all_it_moves() -> None:
@@ -320,8 +325,8 @@ def test_a_vehicle_that_would_not_arm_is_not_clear(tmp_path: Path) -> None:
 
 
 def test_who_never_took_off_has_not_failed_to_land() -> None:
-    ready = exchanging(more="available_from_s = 5000")
-    [message] = said(ready)["S130"]
+    ready = exchanging(more="available_from_s = 500")
+    [message] = told(simulated(ready, until_s=200.0))["S130"]
     assert message == "b has not taken off"
 
 
@@ -336,7 +341,7 @@ def test_what_the_check_of_a_vehicle_takes_is_no_word_of_the_swarm() -> None:
 
 def test_nobody_flies_low_over_one_that_stands() -> None:
     """b waits on its pad 60 m east of a's, and a flies there: 10 m and two height errors of 2.5 m above."""
-    tables = exchanging(more="available_from_s = 300", separation="height_error_m = 2.5\n")
+    tables = exchanging(more="available_from_s = 100", separation="height_error_m = 2.5\n")
     for height_m, is_low in ((14.9, True), (15.0, False)):
         found = said(tables.replace("height_m = 20", f"height_m = {height_m}")).get("S128", [])
         assert [one.split(":")[0] for one in found] == ["b", "a"] * is_low

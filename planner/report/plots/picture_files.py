@@ -35,9 +35,12 @@ def _load(name: str) -> ModuleType:
 
 
 def inline_rows(rows: Sequence[dict[str, Any]], **options: str) -> Chart:
-    """Return rows as the data of a chart, unchecked: a look at every value costs more than drawing it."""
+    """Return rows as the data of a chart, unchecked: a look at every value costs more than drawing it.
+
+    A tuple is not copied as charts are put together, as often as they are: a list is, row by row.
+    """
     data = load_altair().InlineData(values=[], **options)
-    data.values = rows
+    data.values = tuple(rows)
     return data
 
 
