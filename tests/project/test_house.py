@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pytest
+if TYPE_CHECKING:
+    from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parents[2] / "planner"
 MOST_PARAMETERS = 8
 MAY_HAVE_MORE = {"parameter"}
 """A row of the table of parameters: each argument a column of it."""
 LONGEST_COMMAND = 40
-
-
-@pytest.fixture(scope="module")
-def trees() -> dict[Path, ast.Module]:
-    """The modules of the package, by their places in it."""
-    return {
-        path.relative_to(PACKAGE): ast.parse(path.read_text("utf-8"))
-        for path in sorted(PACKAGE.rglob("*.py"))
-    }
 
 
 def _functions(trees: dict[Path, ast.Module]) -> list[tuple[str, ast.FunctionDef]]:
