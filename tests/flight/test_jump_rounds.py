@@ -41,6 +41,8 @@ def time_s(model: str, *items: MissionItem) -> float:
         ("px4-sih-quad", PLACE, 400, 19.0, 0.06),
         ("px4-sih-quad", LOITER, 400, 19.8, 0.06),
         ("px4-sih-quad", PLACE, 5000, 271.0, 0.08),
+        ("px4-sih-quad", waypoint(40, 15, hold_s=0.01), 400, 42.7, 0.08),
+        ("px4-sih-quad", waypoint(40, 15, hold_s=1.0), 100, 105.4, 0.02),
         ("arducopter-sitl-quad", PLACE, 5000, 12.4, 0.02),
     ],
 )
@@ -79,7 +81,24 @@ def test_nothing_is_added_with_something_between_or_without_a_round(
 
 
 @pytest.mark.parametrize("model", ["px4-sih-quad", "arducopter-sitl-quad"])
-def test_a_hold_of_its_own_is_all_a_round_takes(model: str) -> None:
-    holds = waypoint(40, 15, hold_s=2.0)
-    once, often = (time_s(model, holds, jump(2, count)) for count in (10, 50))
-    assert often - once == pytest.approx(40 * 2.0, abs=0.5)
+def test_less_hold_takes_no_longer(model: str) -> None:
+    taken = [
+        time_s(model, waypoint(40, 15, hold_s=hold_s), jump(2, 100))
+        for hold_s in (0.0, 0.01, 0.05, 0.06, 1.0)
+    ]
+    assert taken == sorted(taken)
+
+
+@pytest.mark.parametrize(("rounds", "flown_s"), [(3, 141.3), (20, 142.8)])
+def test_a_height_that_is_reached_on_the_way_is_not_flown_back_to(
+    rounds: int, flown_s: float
+) -> None:
+    """It is 100 m from the take-off, and passed without a stop."""
+    loops = (takeoff(20), item(31, north(100), 30.0), jump(2, rounds), waypoint(200, 20), rtl())
+    found = check(
+        mission(*loops),
+        load_vehicle("px4-sih-quad"),
+        battery=Battery(capacity_wh=500.0),
+        position_noise_m=0.0,
+    )
+    assert found.totals.time_s == pytest.approx(flown_s, rel=0.01)
