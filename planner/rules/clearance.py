@@ -119,12 +119,15 @@ def clearance_of(
     *,
     led_m: FloatArray,
     beside_m: float = 0.0,
+    clearance_m: float | None = None,
 ) -> Clearance:
     """Return the height above the ground along lines no longer than what is straight.
 
     Of lines ``beside_m`` of the flight it is asked what is asked of the flight; of each, as where the mission
-    leads it, at heights ``led_m`` above home. [m]
+    leads it, at heights ``led_m`` above home.  What is asked is ``--clearance``, or another. [m]
     """
+    if clearance_m is None:
+        clearance_m = a.setup.clearance_m
     ends = np.stack((lines.start_m, lines.end_m), axis=1)
     if terrain is None or not a.route.knows_home_amsl:
         line = np.arange(len(ends))
@@ -140,7 +143,7 @@ def clearance_of(
     ground_m = np.where(is_known[:, None], ground_m, 0.0)
     from_home_m = np.hypot(place_m[..., 0], place_m[..., 1]).max(axis=1)
     from_home_m = np.maximum(from_home_m - beside_m, 0.0)
-    asked_m = asked_clearance_m(a.setup.clearance_m, from_home_m)
+    asked_m = asked_clearance_m(clearance_m, from_home_m)
     short_m = falls_short_m(led_m[line], place_m[..., 2].min(axis=1), asked_m)
     return Clearance(
         line=line,
@@ -150,7 +153,7 @@ def clearance_of(
         at_m=place_m[..., 2] - ground_m,
         is_known=is_known,
         asked_m=asked_m - ROUNDING_M - short_m,
-        is_missed=~is_known & (from_home_m > near_home_m(a.setup.clearance_m)),
+        is_missed=~is_known & (from_home_m > near_home_m(clearance_m)),
     )
 
 

@@ -34,7 +34,10 @@ _HALVINGS = 30
 """The time at which a height is passed is found to a nanosecond of a leg."""
 _OF_LANDING = 2.0
 """Times --clearance above where it lands, from where on returns count that keep their height: so what rises
-up to --clearance above that place is in the way of none."""
+up to --clearance above that place is near none."""
+_LOWEST_M = 2.0
+"""Above where it lands, from where on returns may not meet the ground itself: lower, it is down within 4 s at
+the 0.5 m/s of LAND_SPEED. [m]"""
 
 
 class ReturnStretches(Value, eq=False):
@@ -46,6 +49,8 @@ class ReturnStretches(Value, eq=False):
     """(n,)"""
     item: IntArray
     """(n,)"""
+    clearance_m: float
+    """What is asked of them. [m]"""
     is_low: bool = False
     """Whether they are climbs and descents at the ground, each as the lowest place that counts."""
 
@@ -69,11 +74,12 @@ def return_height_is_known(a: Assessment) -> bool:
     return places.parameters is not None or places.stated_height_m is not None
 
 
-def low_returns(a: Assessment, *, follow: bool) -> ReturnStretches:
+def low_returns(a: Assessment, *, follow: bool, is_lowest: bool = False) -> ReturnStretches:
     """Return the lowest returns that count: level above home, or those that follow the ground.
 
-    Returns from higher up there lead over the same ground, no lower.  Within --clearance of the ground none
-    counts: there it lands, or has just taken off.
+    Returns from higher up there lead over the same ground, no lower.  Within --clearance of the ground those
+    that are ``is_lowest`` count: there it lands, or has just taken off, and it is asked that they miss the
+    ground.
     """
     path, returns = a.path, a.returns
     own = [stage.item for stage in a.route.stages_of(*RETURN_STAGES)]
@@ -85,7 +91,7 @@ def low_returns(a: Assessment, *, follow: bool) -> ReturnStretches:
     above_m = np.where(np.isnan(above_m), path.height_m, above_m)
     top_m = np.maximum(above_m[legs], above_m[legs + 1])
     # The height at which each begins, above the ground.
-    least_m = _least_above_m(a, legs, above_m, follow=follow)
+    least_m = _least_above_m(a, legs, above_m, follow=follow, is_lowest=is_lowest)
     lowest_m = np.maximum(np.minimum(above_m[legs], above_m[legs + 1]), least_m)
     kept = lowest_m <= top_m
     if follow and (reach_m := reach_down_m(a)) is not None:
@@ -98,30 +104,30 @@ def low_returns(a: Assessment, *, follow: bool) -> ReturnStretches:
     height_m = lowest_m - above_m[legs] + path.height_m[legs]
     time_s = _passed_s(a, legs, height_m)
     return ReturnStretches(
-        time_s=np.stack((time_s, time_s), axis=1), stage=stage, item=path.item[legs], is_low=True
+        time_s=np.stack((time_s, time_s), axis=1),
+        stage=stage,
+        item=path.item[legs],
+        clearance_m=0.0 if is_lowest else a.setup.clearance_m,
+        is_low=True,
     )
 
 
 def _least_above_m(
-    a: Assessment, legs: IntArray, above_m: FloatArray, *, follow: bool
+    a: Assessment, legs: IntArray, above_m: FloatArray, *, follow: bool, is_lowest: bool
 ) -> FloatArray:
     """Return the height above the ground from which on returns count on legs. (n,) [m]
 
     Those that climb from --clearance to a height of their own count from there.
     """
-    low_m, path = a.setup.clearance_m, a.path
-    if follow:
-        climbs = np.full(len(legs), following_parameters(a).return_altitude_m > low_m)
+    path, low_m = a.path, a.setup.clearance_m
+    if is_lowest:
+        least_m = np.full(len(legs), _LOWEST_M)
+    elif follow:
+        climbs = following_parameters(a).return_altitude_m > low_m
+        least_m = np.full(len(legs), low_m if climbs else _OF_LANDING * low_m)
     else:
-        stage = a.returns.segment_stage[path.segment[legs]]
-        points = replace(a.returns.points(*a.returns.at(path.time_s[legs])), stage=stage)
-        begin_m = path.height_m[legs] - above_m[legs] + low_m
-        place_m, stop_m = points.place_m.copy(), points.stop_m.copy()
-        place_m[:, 2] = stop_m[:, 2] = begin_m
-        points = replace(points, place_m=place_m, stop_m=stop_m)
-        corners_m, _ = a.returns.straight_corners_m(points, a.returns.chosen(points))
-        climbs = corners_m[:, 2, 2] > begin_m + ROUNDING_M
-    least_m = np.where(climbs, low_m, _OF_LANDING * low_m)
+        climbing = _climbs_from(a, legs, path.height_m[legs] - above_m[legs] + low_m)
+        least_m = np.where(climbing, low_m, _OF_LANDING * low_m)
     if not return_height_is_known(a):
         # No autopilot as it is delivered returns lower than ArduPilot.
         ground_m = path.height_m[legs] - above_m[legs]
@@ -130,6 +136,18 @@ def _least_above_m(
         reach_m = reach_down_m(a)  # from within it they follow the ground
         least_m = np.maximum(least_m, np.inf if reach_m is None else reach_m + ROUNDING_M)
     return least_m
+
+
+def _climbs_from(a: Assessment, legs: IntArray, begin_m: FloatArray) -> BoolArray:
+    """Return whether returns from heights above the places of legs climb to one of their own. (n,)"""
+    stage = a.returns.segment_stage[a.path.segment[legs]]
+    points = replace(a.returns.points(*a.returns.at(a.path.time_s[legs])), stage=stage)
+    place_m, stop_m = points.place_m.copy(), points.stop_m.copy()
+    place_m[:, 2] = stop_m[:, 2] = begin_m
+    points = replace(points, place_m=place_m, stop_m=stop_m)
+    corners_m, _ = a.returns.straight_corners_m(points, a.returns.chosen(points))
+    climbs: BoolArray = corners_m[:, 2, 2] > begin_m + ROUNDING_M
+    return climbs
 
 
 def _passed_s(a: Assessment, legs: IntArray, height_m: FloatArray) -> FloatArray:

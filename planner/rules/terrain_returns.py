@@ -83,7 +83,8 @@ RETURN_BELOW_TERRAIN = Rule(
     "the ground of a rally point, in its cone; against --terrain plus --clearance: along lines from "
     "places 100 m or a cell apart as in A102, and over every centre of a cell between two lines or within "
     "--position-error of them.  Returns from a landing, a take-off, or where a load is set down count from "
-    "--clearance above the ground there on, from twice that where they keep the height they begin at; by a "
+    "--clearance above the ground there on, from twice that where they keep the height they begin at; from "
+    "2 m on they may not meet the ground itself.  By a "
     "model without --params, whose height of returns is not known, not evaluated (X904) where they would be "
     "too low at that and at RTL_ALT as ArduPilot is delivered, 15 m.  Where "
     "RTL_ALT_TYPE follows terrain, RTL_ALT against --clearance, what stands between the posts it knows the "
@@ -199,13 +200,23 @@ def returns_too_low(
     ``legs`` are those of the path on which it neither takes off nor lands: from there returns are judged
     besides.
     """
-    found = tuple(_judged(a, terrain, _level_stretches(a, path, legs, cell_m), cell_m))
-    yield from found
-    if any(not isinstance(one, NotEvaluated) for one in found):
-        return
-    for one in _judged(a, terrain, low_returns(a, follow=False), cell_m):
-        if not (found and isinstance(one, NotEvaluated)):
-            yield one
+    found: list[Found] = []
+    for stretches in _stretches(a, path, legs, cell_m):
+        for one in _judged(a, terrain, stretches, cell_m):
+            if not (found and isinstance(one, NotEvaluated)):
+                found.append(one)
+                yield one
+        if any(not isinstance(one, NotEvaluated) for one in found):
+            return
+
+
+def _stretches(
+    a: Assessment, path: FlownPath, legs: IntArray, cell_m: float
+) -> Iterator[ReturnStretches]:
+    """Yield the stretches from which returns are judged: of legs, and low ones, from less and less high."""
+    yield _level_stretches(a, path, legs, cell_m)
+    yield low_returns(a, follow=False)
+    yield low_returns(a, follow=False, is_lowest=True)
 
 
 def _level_stretches(
@@ -225,6 +236,7 @@ def _level_stretches(
         time_s=np.stack((path.time_s[legs[first]], path.time_s[legs[last] + 1]), axis=1),
         stage=stage[first],
         item=path.item[legs[first]],
+        clearance_m=a.setup.clearance_m,
     )
 
 
@@ -254,7 +266,9 @@ def _judged(
     # They begin as high as the mission leads there, or keep to a height of their own.
     led_m = np.full(len(item), -np.inf) if stretches.is_low else led_heights_m(a)[item]
     led_m = np.append(led_m, -np.inf)
-    clearance = clearance_of(a, terrain, both, led_m=led_m[np.minimum(both.owner, count)])
+    asked_m = stretches.clearance_m
+    led_by_m = led_m[np.minimum(both.owner, count)]
+    clearance = clearance_of(a, terrain, both, led_m=led_by_m, clearance_m=asked_m)
     if clearance.is_missed.any():
         owner = int(both.owner[clearance.line[clearance.is_missed.argmax()]])
         yield NotEvaluated(
@@ -264,10 +278,10 @@ def _judged(
             item=int(item[owner]) if owner < count else None,
         )
     low = _lowest_on(both, clearance)
-    peak = _lowest_over_peaks(a, terrain, fan, led_m)
+    peak = _lowest_over_peaks(a, terrain, fan, led_m, clearance_m=asked_m)
     if peak is not None and peak.clearance_m < low.clearance_m:
         low = peak
-    if low.clearance_m >= a.setup.clearance_m - ROUNDING_M:
+    if low.clearance_m >= asked_m - ROUNDING_M:
         return
     above = too_near_text(a, low.clearance_m)
     if low.row >= count:
@@ -336,9 +350,12 @@ def _level_returned(a: Assessment, path: FlownPath, legs: IntArray) -> IntArray:
 
 
 def _lowest_over_peaks(
-    a: Assessment, terrain: TerrainGrid, fan: ReturnFan, led_m: FloatArray
+    a: Assessment, terrain: TerrainGrid, fan: ReturnFan, led_m: FloatArray, *, clearance_m: float
 ) -> Lowest | None:
-    """Return where a return between the two ends of a stretch passes lowest over the centre of a cell."""
+    """Return where a return between the two ends of a stretch is lowest over the centre of a cell.
+
+    ``None`` where all are as high above as is asked.
+    """
     import shapely
 
     if not len(fan.stretch):
@@ -348,7 +365,7 @@ def _lowest_over_peaks(
     every_m = np.concatenate((turn_m.reshape(-1, 3), over_m))
     frame = a.route.frame
     latitude, longitude, ground_amsl_m = terrain.peaks_above(
-        a.route.ground_datum_m + lowest_m - a.setup.clearance_m,
+        a.route.ground_datum_m + lowest_m - clearance_m,
         *frame.latitude_longitude_deg(*box_places_m(every_m)),
     )
     if not len(latitude):
@@ -378,10 +395,9 @@ def _lowest_over_peaks(
     away_m, beside_m = (np.stack(one) for one in zip(*edges, strict=True))
     beside_m = np.take_along_axis(beside_m, away_m.argmin(axis=0)[None], axis=0)[0]
     height_m = np.where(is_inside, height_m, beside_m)
-    clearance_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
-    short_m = falls_short_m(led_m[row], height_m, a.setup.clearance_m)
-    is_low = clearance_m < a.setup.clearance_m - short_m
-    clearance_m = np.where(is_low, clearance_m, np.inf)
-    worst = int(clearance_m.argmin())
+    above_m = height_m - (ground_amsl_m[peak] - a.route.ground_datum_m)
+    short_m = falls_short_m(led_m[row], height_m, clearance_m)
+    above_m = np.where(above_m < clearance_m - short_m, above_m, np.inf)
+    worst = int(above_m.argmin())
     place_m = np.append(peaks_m[peak[worst]], height_m[worst])
-    return Lowest(float(clearance_m[worst]), int(row[worst]), place_m)
+    return Lowest(float(above_m[worst]), int(row[worst]), place_m)

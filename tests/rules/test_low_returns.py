@@ -99,19 +99,40 @@ def plateau(bump_m: float) -> TerrainGrid:
     return of_heights(heights + np.where(rows >= 300.0, 40.0, 0.0), level.tiles[0])
 
 
-@pytest.mark.parametrize(("bump_m", "is_low"), [(4.9, False), (5.1, True)])
+@pytest.mark.parametrize(
+    ("bump_m", "low"),
+    [
+        (1.9, None),
+        (2.1, "begun 42 m above home, 42 m above home, is 0.1 m below the ground"),
+        (4.9, "begun 42 m above home, 42 m above home, is 2.9 m below the ground"),
+        (5.1, "begun 50 m above home, 50 m above home, is 4.9 m above the ground"),
+    ],
+)
 @pytest.mark.parametrize(
     ("autopilot", "parameters"),
     [(Autopilot.ARDUPILOT, "RTL_ALT,1500\n"), (Autopilot.PX4, "RTL_RETURN_ALT,30\n")],
 )
-def test_ground_no_higher_than_the_clearance_over_a_landing_is_in_no_ones_way(
-    autopilot: Autopilot, parameters: str, bump_m: float, *, is_low: bool
+def test_what_rises_over_a_landing_above_the_return_height_is_in_the_way_from_2_m_on(
+    autopilot: Autopilot, parameters: str, bump_m: float, low: str | None
 ) -> None:
-    """Higher than the return height it flies home at the height it has: 10 m above the landing."""
+    """Higher than the return height it flies home at the height it has.
+
+    Flown by a build of ArduCopter, RTL at 2.98 m in the LAND and RTL_ALT 200: 2.9 m all the way home.
+    """
     found = told(DELIVERY, plateau(bump_m), OF[autopilot], parameters)
+    assert [one.severity for one in found] == [Severity.ERROR] * (low is not None)
+    assert all((low or "") in one.message for one in found)
+
+
+@pytest.mark.parametrize(("return_m", "is_low"), [(44, True), (45, False)])
+def test_a_return_that_climbs_within_the_clearance_misses_the_ground(
+    return_m: int, *, is_low: bool
+) -> None:
+    """The wall ends 44.5 m above home, and 4.5 m above where it lands."""
+    found = told(DELIVERY, plateau(4.5), OF[Autopilot.ARDUPILOT], f"RTL_ALT,{return_m}00\n")
     assert [one.severity for one in found] == [Severity.ERROR] * is_low
     for low in found:
-        assert "begun 50 m above home, 50 m above home, is 4.9 m above the ground" in low.message
+        assert "begun 42 m above home, 44 m above home, is 0.5 m below the ground" in low.message
 
 
 @pytest.mark.parametrize(("return_m", "is_low"), [(49, True), (50, False)])

@@ -135,8 +135,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
             if self._is_over_at_once(item, begun, before):
                 self._drop_queue(item, begun)
             if len(self.stages) > begun:
-                if comes_again:
-                    self._wait_a_turn()
+                self._wait_a_turn(comes_again=comes_again)
                 self.conditions.clear()
                 if is_navigation(item.command):
                     if self.waiting:
@@ -164,18 +163,22 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
             self.before = self.number
         return before == self.number
 
-    def _wait_a_turn(self) -> None:
-        """Count the turns of its loop in which an autopilot finds a place reached that it is at, and a hold over.
+    def _wait_a_turn(self, *, comes_again: bool) -> None:
+        """Count the turns of its loop in which an autopilot finds that it is there, and that a hold is over.
 
         Flown, 400 rounds of such a jump take PX4 19.0 s, and 42.7 with a hold of 0.01 s, 100 with one of 1 s
         take it 105.4 s; 5,000 rounds take it 271 s and ArduPilot 12.4 s.
         """
+        if not comes_again:
+            return
         turn_s = max(_TURNS_S[by] for by in self.may_fly or _TURNS_S)
         last = self.stages[-1]
         if last.kind in WAYPOINTS:
             turns = 1 + math.ceil(last.hold_s / turn_s)
             self.stages[-1] = replace(last, hold_s=turns * turn_s)
-        elif last.kind in _OVER_AT_ONCE and self.stages[-2].kind is StageKind.DELAY:
+        elif last.kind in _OVER_AT_ONCE and StageKind.DELAY in [
+            one.kind for one in self.stages[-2:-1]
+        ]:
             # There already: all rounds are one wait, as the vehicle may still be coming to rest.
             self.stages.pop()
             self.places_deg.pop()
