@@ -235,12 +235,17 @@ class PostedGround(Value, eq=False):
 
     def each_amsl_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> FloatArray:
         """Return the height of the ground that is followed, by each place its posts may be at. (3, …) [m]"""
-        home_deg = np.array([self.home_deg[0]]), np.array([self.home_deg[1]])
+        known_m = self._known_m(*(np.array([one]) for one in self.home_deg))
+        latitude = np.append(
+            latitude_deg.ravel(), self.home_deg[0]
+        )  # home is the last of the places
+        longitude = np.append(longitude_deg.ravel(), self.home_deg[1])
         each = []
         for off_m in _EAST_OFF_M:
-            above_m = self._known_m(*home_deg) - self._posted_m(*home_deg, off_m)
-            offset_m = np.clip(np.nan_to_num(above_m), -self.most_offset_m, self.most_offset_m)
-            each.append(self._posted_m(latitude_deg, longitude_deg, off_m) + offset_m)
+            posted_m = self._posted_m(latitude, longitude, off_m)
+            above_m = np.nan_to_num(known_m - posted_m[-1:])
+            offset_m = np.clip(above_m, -self.most_offset_m, self.most_offset_m)
+            each.append(posted_m[:-1].reshape(latitude_deg.shape) + offset_m)
         return np.array(each)
 
     def _known_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> FloatArray:
@@ -249,6 +254,7 @@ class PostedGround(Value, eq=False):
     def _posted_m(
         self, latitude_deg: FloatArray, longitude_deg: FloatArray, off_m: float
     ) -> FloatArray:
+        """Return the height between posts at places (n,), before it is lifted. (n,) [m]"""
         south, west = np.floor(latitude_deg), np.floor(longitude_deg)
         north = (latitude_deg - south) * _METRES_PER_DEGREE / self.spacing_m
         east = (longitude_deg - west) * _east_m(south, latitude_deg) + off_m
@@ -257,23 +263,20 @@ class PostedGround(Value, eq=False):
         # Most places share their four posts with those beside them.
         square = ((south + 90.0) * 360.0 + west + 180.0) * _ROWS**2 + row * _ROWS + column
         _, first, of_place = np.unique(square, return_index=True, return_inverse=True)
-        of_place = of_place.reshape(square.shape)
-        corner_deg = [one.ravel()[first] for one in (south, west)]
-        corner = [one.ravel()[first] for one in (row, column)]
-        height_m = np.zeros(north.shape)
-        for up, right in product((0.0, 1.0), repeat=2):
-            weight = np.abs(1.0 - up - (north - row)) * np.abs(1.0 - right - (east - column))
-            post_deg = corner_deg[0] + (corner[0] + up) * self.spacing_m / _METRES_PER_DEGREE
-            post_east_m = (corner[1] + right) * self.spacing_m - off_m
-            post_m = self._known_m(
-                post_deg, corner_deg[1] + post_east_m / _east_m(corner_deg[0], post_deg)
-            )[of_place]
-            is_known = ~np.isnan(post_m)
-            if not is_known.all():
-                # Beyond the end of the grid a post is as high as the ground here.
-                post_m = np.where(is_known, post_m, self._known_m(latitude_deg, longitude_deg))
-            height_m += weight * post_m
-        return height_m
+        corner_deg = [one[first] for one in (south, west)]
+        corner = [one[first] for one in (row, column)]
+        up, right = np.array(list(product((0.0, 1.0), repeat=2))).T[:, :, None]
+        post_deg = corner_deg[0] + (corner[0] + up) * self.spacing_m / _METRES_PER_DEGREE
+        post_east_m = (corner[1] + right) * self.spacing_m - off_m
+        posts_m = self._known_m(
+            post_deg, corner_deg[1] + post_east_m / _east_m(corner_deg[0], post_deg)
+        )[:, of_place]
+        is_known = ~np.isnan(posts_m)
+        if not is_known.all():
+            # Beyond the end of the grid a post is as high as the ground here.
+            posts_m = np.where(is_known, posts_m, self._known_m(latitude_deg, longitude_deg))
+        weights = np.abs(1.0 - up - (north - row)) * np.abs(1.0 - right - (east - column))
+        return np.asarray((weights * posts_m).sum(axis=0))
 
 
 def _east_m(south_deg: FloatArray, latitude_deg: FloatArray) -> FloatArray:
