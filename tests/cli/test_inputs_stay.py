@@ -43,9 +43,26 @@ KEY = "ab" * 32
 SIGNED = "out.waypoints.signoff.json"
 
 
+@pytest.fixture(scope="module")
+def made() -> dict[Path, bytes]:
+    """What `make_inputs` has made once, for every folder of this module's tests."""
+    return {}
+
+
 @pytest.fixture(autouse=True)
-def inputs(mission: str) -> dict[Path, bytes]:
+def inputs(mission: str, made: dict[Path, bytes]) -> dict[Path, bytes]:
     """Every file of a folder, with what is in it."""
+    if not made:
+        make_inputs(mission)
+        made |= {path: path.read_bytes() for path in Path().iterdir()}
+    for path, content in made.items():
+        path.write_bytes(content)
+    Path("key").chmod(0o600)
+    return dict(made)
+
+
+def make_inputs(mission: str) -> None:
+    """Write everything that a call may read into the current folder."""
     shutil.copy(mission, "part.waypoints")
     own = (MODELS / "falkowski-2023-quadrotor.toml").read_text(encoding="utf-8")
     for name in ("own", "b"):
@@ -58,15 +75,12 @@ def inputs(mission: str) -> dict[Path, bytes]:
     Path("weather.csv").write_text("time,wind speed [m/s],wind direction [deg]\n1,2,3\n", "utf-8")
     Path("logs.csv").write_text("log,mass [kg]\nflight.bin,2\n", encoding="utf-8")
     Path("flight.bin").write_bytes(copter_log().content())
-    key = Path("key")
-    key.write_text(KEY, encoding="utf-8")
-    key.chmod(0o600)
+    Path("key").write_text(KEY, encoding="utf-8")
     assert main(["check", mission, "--write-baseline", "base.json"]) in {0, 1}
     values = mission_settings(mission, {"params": Path("own.param")})
     shown = check_file(mission, Setup.of(values))
     at = datetime(2026, 5, 4, 3, 2, 1, tzinfo=UTC)
     write_sign_off(shown, values, command="", manual=(), who="Ada", at=at)
-    return {path: path.read_bytes() for path in Path().iterdir()}
 
 
 @pytest.mark.parametrize(
