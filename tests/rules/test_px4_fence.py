@@ -189,7 +189,7 @@ def test_a_place_outside_is_told_once_where_nobody_is_named(
     assert len({px4[code].fix for code in both & px4.keys()}) == len(codes)
 
 
-def test_the_fenced_flight_is_laid_out_once_where_nobody_is_named(
+def test_the_fenced_flight_is_laid_out_once_for_each_who_may_fly(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made: list[FencedFlight] = []
@@ -202,7 +202,7 @@ def test_the_fenced_flight_is_laid_out_once_where_nobody_is_named(
     monkeypatch.setattr(fenced_flight, "make_fenced_flight", count)
     behind = (takeoff(20), at(0, 100), rtl(), OUTSIDE)
     assert "F117" in findings_of(behind, box(-200.0, -200.0, 200.0, 250.0))
-    assert len(made) == 1
+    assert len(made) == 3  # by the model of reference steps, PX4 and ArduPilot
 
 
 def test_ardupilot_and_places_that_are_none_are_left_alone() -> None:
