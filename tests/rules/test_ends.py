@@ -23,7 +23,7 @@ FLYING = st.lists(
         st.builds(waypoint, st.floats(-400.0, 400.0), st.floats(10.0, 60.0)),
         st.builds(speed, st.floats(2.0, 9.0)),
         st.builds(
-            lambda s: item(19, north(50), 30.0, params=(s, 0.0, 0.0, None)), st.floats(1.0, 60.0)
+            lambda s: item(19, north(50), 30.0, params=(s, 0.0, 0.0, 0.0)), st.floats(1.0, 60.0)
         ),
         st.builds(lambda s: item(93, params=(s, -1.0, -1.0, -1.0)), st.floats(1.0, 60.0)),
     ),
