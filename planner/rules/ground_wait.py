@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
+from planner.flight.motion.px4.lift_off import noticed_s
 from planner.mission.commands import Command
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
@@ -73,40 +74,49 @@ DISARMS_ON_THE_GROUND = Rule(
     how="ArduPilot: NAV_DELAY of DISARM_DELAY (10 s) or more, or until a time of day, before a take-off, "
     "first or after a landing (Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a "
     "raised throttle, a "
-    "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY before the first take-off, "
-    "COM_SPOOLUP_TIME and MPC_TKO_RAMP_T, after which it lifts off, of COM_DISARM_PRFLT (10 s) or more.  "
+    "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY before the first take-off, or "
+    "COM_SPOOLUP_TIME where that is longer, and the part of MPC_TKO_RAMP_T until thrust is beyond what counts "
+    "as landed, of COM_SPOOLUP_TIME and COM_DISARM_PRFLT (11 s) or more; a warning from COM_DISARM_PRFLT on, "
+    "which counts from arming in older versions (Commander::handleAutoDisarm).  "
     "Not where the delay of disarming is 0, on PX4 0 or less.",
     fix="wait less, or set the delay of disarming longer than the wait",
     instead="the parameters of --params",
 )
 
 
+_THRUSTS = (("MPC_THR_MIN", 0.12), ("MPC_THR_HOVER", 0.5))
+"""What a multicopter gives at least, and hovers with, by PX4's parameters. [-]"""
+
+
 @judges(DISARMS_ON_THE_GROUND, needs=(PARAMETERS_IN_USE,))
 def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iterator[Finding]:
-    values, is_px4 = numbers(a), PX4.of(a) is not None
-    name = "COM_DISARM_PRFLT" if is_px4 else "DISARM_DELAY"
-    after_s = values.get(name, 10.0)
+    values, own = numbers(a), PX4.of(a)
     waits = [_wait_before_takeoff(a)]
-    if not is_px4:
+    stick = ", unless the throttle stick is held above zero"
+    if own is None:
+        name, after_s = "DISARM_DELAY", values.get("DISARM_DELAY", 10.0)
+        sure_s = after_s if int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE else math.inf
         waits += [
             (stage.hold_s + _wait_for_the_clock_s(a, range(stage.item + 1, then.item)), stage.item)
             for row in a.route.rows_of(StageKind.LAND, StageKind.RETURN)
             for stage, then in pairwise(a.route.stages[row : row + 2])
         ]
-    else:  # it counts from arming until it has lifted off
-        own = PX4.of(a)
-        assert own is not None
-        waits = [(waits[0][0] + own.spool_up_s + own.takeoff_ramp_s, waits[0][1])]
+    else:  # it counts from arming until the vehicle no longer counts as landed
+        name, after_s = "COM_DISARM_PRFLT", values.get("COM_DISARM_PRFLT", 10.0)
+        sure_s, stick = after_s + own.spool_up_s, ", where that counts from arming, as in older versions"
+        thrusts = (values.get(thrust, default) for thrust, default in _THRUSTS)
+        waits = [(max(waits[0][0], own.spool_up_s) + noticed_s(own, *thrusts), waits[0][1])]
     longest_s, item = max(waits)
     if not 0.0 < after_s <= longest_s:
         return
-    is_certain = is_px4 or bool(int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE)
+    is_certain = sure_s <= longest_s
     lasts = quantity.duration(longest_s) if longest_s < math.inf else "until a time of day"
-    stick = "" if is_certain else ", unless the throttle stick is held above zero"
+    within = quantity.duration(sure_s if is_certain else after_s)
+    name += " after the spin-up" if is_certain and sure_s > after_s else ""
     yield a.finding(
         DISARMS_ON_THE_GROUND,
-        f"waits {lasts} on the ground: the vehicle disarms after "
-        f"{quantity.duration(after_s)} ({name}) and does not take off{stick}",
+        f"waits {lasts} on the ground: the vehicle disarms after {within} ({name}) and does not take off"
+        f"{'' if is_certain else stick}",
         item=item,
         severity=None if is_certain else Severity.WARNING,
     )

@@ -29,6 +29,8 @@ _SOONER_S = 0.108
 """By which the climb is sooner all the same: 10 m at 1.5 m/s were reached 11.7 s after arming. [s]"""
 _SOONEST_S = 0.05
 """Least time that a climb is late. [s]"""
+_LOW_THRUST = 0.3
+"""Of the way from the least thrust to that of a hover, up to where a vehicle counts as landed. [-]"""
 _STEP_S = 0.004
 
 
@@ -78,19 +80,8 @@ def lift_off(
     """Return how take-offs begin, or the climb to a waypoint from where the vehicle has landed."""
     p, most_m_s = parameters, parameters.climb_speed_max_m_s
     gain, integral = p.vertical_velocity_gain_per_s, p.vertical_integral_gain_per_s2
-    ramp_s, slowest_m_s = max(p.takeoff_ramp_s, _STEP_S), -GRAVITY_M_S2 / gain
-    trajectory, pulse = _trajectory_m_s(p, is_behind_landing=is_behind_landing)
+    ordered, built, pulse = _ordered_m_s(p, is_behind_landing=is_behind_landing)
     mean_m_s = float(np.minimum(pulse, most_m_s).mean())
-    # What went down is made good at the speed of the climb, at most.
-    rising_s = len(trajectory) * _STEP_S
-    lasts_s = 2.0 * rising_s + (rising_s * -_ON_THE_GROUND_M_S - ramp_s * slowest_m_s) / mean_m_s
-    pulses = math.ceil(lasts_s / (_STEP_S * len(pulse)))
-    trajectory = np.concatenate((trajectory, np.tile(pulse, pulses)))
-    time_s = _STEP_S * np.arange(len(trajectory))
-    ordered = np.minimum(trajectory, np.interp(time_s, (0.0, ramp_s), (slowest_m_s, most_m_s)))
-    # No integral while there is no thrust to take away (``PositionControl::_velocityControl``).
-    counted = np.where(ordered > slowest_m_s, ordered, 0.0)
-    built = np.maximum(integral * _STEP_S * counted.cumsum(), -GRAVITY_M_S2)
     lifts = int(np.argmax(gain * ordered + built > 0.0))
     missing_m = _STEP_S * float((mean_m_s - ordered[lifts:]).sum())
     settling_m = (drag_per_s * mean_m_s - float(built[lifts])) / integral
@@ -101,6 +92,19 @@ def lift_off(
         speed_m_s=mean_m_s,
         stops_every_m=_STEP_S * float(pulse.sum()) if len(pulse) > 1 else 0.0,
     )
+
+
+def noticed_s(parameters: Px4Parameters, least_thrust: float, hover_thrust: float) -> float:
+    """Return the time from where thrust begins to ramp up until a vehicle counts as no longer landed. [s]
+
+    As soon as it gives more thrust than three tenths of the way from the least to that of a hover
+    (``MulticopterLandDetector::_get_ground_contact_state``).
+    """
+    p = parameters
+    ordered, built, _ = _ordered_m_s(p, is_behind_landing=False)
+    thrust = 1.0 + (p.vertical_velocity_gain_per_s * ordered + built) / GRAVITY_M_S2
+    low = least_thrust / hover_thrust
+    return _STEP_S * int(np.argmax(thrust > low + _LOW_THRUST * (1.0 - low)))
 
 
 def relaunch_s(parameters: Px4Parameters, drag_per_s: float = RECORDED_DRAG_PER_S) -> float:
@@ -115,6 +119,30 @@ def relaunch_s(parameters: Px4Parameters, drag_per_s: float = RECORDED_DRAG_PER_
     most = min(parameters.acceleration_up_m_s2, math.sqrt(speed_m_s * jerk))
     own_s = 0.5 * (speed_m_s / most + most / jerk)
     return max(begun.after_s + begun.late_s - own_s, 0.0)
+
+
+def _ordered_m_s(
+    parameters: Px4Parameters, *, is_behind_landing: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the speed ordered and what the integral has of it, step by step, and the speed in the end.
+
+    In m s⁻¹, m s⁻² and m s⁻¹, upwards.
+    """
+    p, most_m_s = parameters, parameters.climb_speed_max_m_s
+    gain, integral = p.vertical_velocity_gain_per_s, p.vertical_integral_gain_per_s2
+    ramp_s, slowest_m_s = max(p.takeoff_ramp_s, _STEP_S), -GRAVITY_M_S2 / gain
+    trajectory, pulse = _trajectory_m_s(p, is_behind_landing=is_behind_landing)
+    mean_m_s = float(np.minimum(pulse, most_m_s).mean())
+    # What went down is made good at the speed of the climb, at most.
+    rising_s = len(trajectory) * _STEP_S
+    lasts_s = 2.0 * rising_s + (rising_s * -_ON_THE_GROUND_M_S - ramp_s * slowest_m_s) / mean_m_s
+    pulses = math.ceil(lasts_s / (_STEP_S * len(pulse)))
+    trajectory = np.concatenate((trajectory, np.tile(pulse, pulses)))
+    time_s = _STEP_S * np.arange(len(trajectory))
+    ordered = np.minimum(trajectory, np.interp(time_s, (0.0, ramp_s), (slowest_m_s, most_m_s)))
+    # No integral while there is no thrust to take away (``PositionControl::_velocityControl``).
+    counted = np.where(ordered > slowest_m_s, ordered, 0.0)
+    return ordered, np.maximum(integral * _STEP_S * counted.cumsum(), -GRAVITY_M_S2), pulse
 
 
 def _trajectory_m_s(
