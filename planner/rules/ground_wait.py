@@ -75,9 +75,9 @@ DISARMS_ON_THE_GROUND = Rule(
     "first or after a landing (Copter::auto_disarm_check); an error where AUTO_OPTIONS takes off without a "
     "raised throttle, a "
     "warning else: with the stick above zero it stays armed.  PX4: NAV_DELAY before the first take-off, or "
-    "COM_SPOOLUP_TIME where that is longer, and the part of MPC_TKO_RAMP_T until thrust is beyond what counts "
-    "as landed, of COM_SPOOLUP_TIME and COM_DISARM_PRFLT (11 s) or more; a warning from COM_DISARM_PRFLT on, "
-    "which counts from arming in older versions (Commander::handleAutoDisarm).  "
+    "COM_SPOOLUP_TIME where that is longer, and the part of MPC_TKO_RAMP_T until thrust is beyond what "
+    "counts as landed, of COM_SPOOLUP_TIME and COM_DISARM_PRFLT (11 s) or more; a warning from "
+    "COM_DISARM_PRFLT on, which counts from arming in older versions (Commander::handleAutoDisarm).  "
     "Not where the delay of disarming is 0, on PX4 0 or less.",
     fix="wait less, or set the delay of disarming longer than the wait",
     instead="the parameters of --params",
@@ -103,7 +103,7 @@ def _disarms_on_the_ground(a: Assessment, _parameters: FlightParameters) -> Iter
         ]
     else:  # it counts from arming until the vehicle no longer counts as landed
         name, after_s = "COM_DISARM_PRFLT", values.get("COM_DISARM_PRFLT", 10.0)
-        sure_s, stick = after_s + own.spool_up_s, ", where that counts from arming, as in older versions"
+        sure_s, stick = after_s + own.spool_up_s, ", where that counts from arming (older versions)"
         thrusts = (values.get(thrust, default) for thrust, default in _THRUSTS)
         waits = [(max(waits[0][0], own.spool_up_s) + noticed_s(own, *thrusts), waits[0][1])]
     longest_s, item = max(waits)

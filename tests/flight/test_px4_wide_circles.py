@@ -97,6 +97,38 @@ def test_a_circle_left_at_8_m_s_is_a_matter_of_chance() -> None:
     assert [one.code for one in motion.findings] == ["T125"]
 
 
+@pytest.mark.parametrize(
+    ("speed_m_s", "mode", "flown_s", "west_m", "codes"),
+    [
+        # Flown: from rest to the line behind the loiter, and across it to and fro.
+        (8.0, 4, 67.7, -14.2, ["T125"]),
+        (5.0, 4, 75.5, -12.9, []),
+    ],
+)
+def test_a_circle_left_at_rest_once_it_looks_ahead_leads_to_its_line_too(
+    speed_m_s: float, mode: int, flown_s: float, west_m: float, codes: list[str]
+) -> None:
+    parameters = replace(
+        PX4,
+        yaw_mode=mode,
+        cruise_speed_m_s=speed_m_s,
+        acceptance_radius_m=2.0,
+        loiter_radius_m=80.0,
+    )
+    stages = (
+        takeoff(0, 0),
+        stage(StageKind.GO, -7.0, 90.0, 20.0),
+        circle((-6.0, 68.0, 20.0), 80.0),
+        stage(StageKind.GO, 111.0, 18.0, 20.0, hold=0.5),
+    )
+    motion = fly_px4(stages, parameters, heading_rad=0.0)
+    assert [one.code for one in motion.findings] == codes
+    lasts_s = float(motion.segments.end_s[-1])
+    assert lasts_s == pytest.approx(flown_s, abs=1.0)
+    east_m = motion.state_at_time(np.linspace(0.0, lasts_s, 2000)).east_m
+    assert east_m.min() == pytest.approx(west_m, abs=0.5)
+
+
 def test_a_return_along_a_wide_circle_is_flown_as_the_mission_is() -> None:
     # In steps five times as long, from standing where the mission waits before it.
     wide = replace(circle((50.0, 0.0, 20.6)), yaw_deg=None)

@@ -190,6 +190,15 @@ def test_a_heading_of_zero_turns_px4_north() -> None:
     assert codes(route(*items, dialect=ARDUPILOT)) == []
 
 
+@pytest.mark.parametrize("exit_way", [None, 0.0, 1.0])
+def test_a_loiter_to_a_height_turns_px4_north_whatever_its_fourth_parameter(
+    exit_way: float | None,
+) -> None:
+    # Flown: 3.2 s from east to north, before the next place was flown to.
+    loiter = item(31, north(90), 20.0, params=(0.0, 0.0, 0.0, exit_way))
+    assert route(takeoff(20), loiter, rtl(), dialect=PX4).stages[1].yaw_deg == 0.0
+
+
 def test_px4_refuses_a_takeoff_that_is_not_the_first_place() -> None:
     items = (waypoint(100, 40), takeoff(40), rtl())
     assumed, px4 = (f for f in route(*items, dialect=PX4).findings if f.code == "M101")

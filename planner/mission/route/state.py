@@ -249,10 +249,12 @@ class MissionState(Position, kw_only=True, eq=False):
         """Return where a stage that ends here looks: as its item asks, or at the region of interest.
 
         ``MissionBase::heading_sp_update`` writes the heading to that into the item, which is reached with
-        it.  Nearer it keeps the one it came with.
+        it.  Nearer it keeps the one it came with.  PX4 gives a LOITER_TO_ALT none, which is 0, north
+        (``MavlinkMissionManager::parse_mavlink_mission_item``).
         """
         if self.looks_at_deg is None:
-            return {"yaw_deg": item.param4}
+            is_north = self.dialect is Autopilot.PX4 and item.command == Command.NAV_LOITER_TO_ALT
+            return {"yaw_deg": 0.0 if is_north else item.param4}
         way_m, looks_deg = distance_m_and_azimuth_deg(
             self.latitude_deg, self.longitude_deg, *self.looks_at_deg
         )

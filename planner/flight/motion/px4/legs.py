@@ -216,6 +216,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
     is_afar = moves.circles & (horizontal(moves.target_m - begins) > afar_m)
     is_wait = reached & ((moves.hold_s > 0.0) | is_afar)
     final_level, final_upright = final_speeds_m_s(moves, direction)
+    turned = np.where((reached & ~(moves.hold_s > 0.0))[:, None], 0.0, direction)
     swings = moves.looks & is_leg & (moves.hold_s > _SWINGS_S) & (final_level > 0.0)
     return PlannedLegs(
         parameters=moves.parameters,
@@ -232,7 +233,7 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
         before_m_s=np.append(0.0, final_level[:-1]),
-        pause_s=pauses_s(moves, direction),
+        pause_s=pauses_s(moves, turned),
         is_leg=is_leg,
         is_wait=is_wait,
         circles=moves.circles,
@@ -352,6 +353,12 @@ class LegStarts(Handed, eq=False):
     def parameters(self) -> Px4Parameters:
         """Those of the vehicle that flies them."""
         return self.planned.parameters
+
+    def at_rest(self, place_m: FloatArray) -> LegStarts:
+        """Return them begun standing at other places. (n, 3) [m]"""
+        none = np.zeros_like(place_m)
+        still = {"velocity_m_s": none, "slowing_m_s2": none[:, 0], "acceleration_m_s2": none}
+        return replace(self, place_m=place_m, **still)
 
 
 class Px4Legs(LegStarts, eq=False):
