@@ -23,7 +23,7 @@ from planner.flight.motion.kinematics import (
     lengths,
 )
 from planner.flight.motion.steps import SpeedPulseLaw, VerticalStepLaw
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -108,10 +108,29 @@ class FlownPath(Value, eq=False):
         number = np.arange(len(leg)) - np.repeat(np.cumsum(parts) - parts, parts)
         owner, share = leg[number > 0], (number / parts[leg])[number > 0]
         time_s = self.time_s[owner] + share * np.diff(self.time_s)[owner]
+        return self.with_points(motion, owner, time_s)
+
+    def with_points(self, motion: Motion, owner: IntArray, time_s: FloatArray) -> FlownPath:
+        """Return the same path with points between of a motion, each on a leg of it."""
         state = motion.state_at_time(time_s)
         new = {name: getattr(state, name) for name in _OF_STATE} | {"time_s": time_s}
+        if motion.beside is not None:
+            east_m, north_m = motion.beside.at(time_s)
+            new["east_m"], new["north_m"] = new["east_m"] + east_m, new["north_m"] + north_m
         points = {name: np.insert(getattr(self, name), owner + 1, new[name]) for name in new}
+        leg = np.sort(np.concatenate((np.arange(len(self.item)), owner)))
         return FlownPath(**points, **{name: getattr(self, name)[leg] for name in _OF_LEGS})
+
+    def beside(self, motion: Motion) -> FlownPath:
+        """Return the path of a vehicle that is beside its motion, whose path this is."""
+        if motion.beside is None:
+            return self
+        east_m, north_m = motion.beside.at(self.time_s)
+        path = replace(self, east_m=self.east_m + east_m, north_m=self.north_m + north_m)
+        time_s = motion.beside.time_s
+        owner = np.searchsorted(self.time_s, time_s, side="right") - 1
+        within = (owner >= 0) & (owner < len(self.item))
+        return path.with_points(motion, owner[within], time_s[within])
 
     @property
     def is_committed(self) -> BoolArray:
@@ -128,10 +147,10 @@ class FlownPath(Value, eq=False):
 def flown_path(motion: Motion) -> FlownPath:
     """Return the path of a motion of at least one piece.
 
-    It is within :data:`PATH_TOLERANCE_M` of the motion everywhere.  Raises `PathTooLongError` where that
-    takes too many points.  A cubic stays within ¾ of the greatest distance of its inner control points from
-    its chord, and in k equal parts of time within 1/k² of ¾ of the greatest second difference of its control
-    points.
+    It is within :data:`PATH_TOLERANCE_M` of the motion everywhere, or of the vehicle beside that.  Raises
+    `PathTooLongError` where that takes too many points.  A cubic stays within ¾ of the greatest distance of
+    its inner control points from its chord, and in k equal parts of time within 1/k² of ¾ of the greatest
+    second difference of its control points.
     """
     piece, start_s, end_s = _first_intervals(motion)
     parts, jumps = _parts_and_jumps(motion.control_m(piece, start_s, end_s))
@@ -148,7 +167,7 @@ def flown_path(motion: Motion) -> FlownPath:
     piece = piece[:-1]
     segment = motion.piece_segment[piece]
     circles = [i for i, law in enumerate(motion.laws) if isinstance(law, CircleLaw)]
-    return FlownPath(
+    path = FlownPath(
         **{name: getattr(state, name) for name in _OF_STATE},
         time_s=time_s,
         segment=segment,
@@ -156,6 +175,7 @@ def flown_path(motion: Motion) -> FlownPath:
         is_circle=np.isin(motion.piece_law[piece], circles),
         is_brake=motion.segments.state[segment] == _BRAKE,
     )
+    return path.beside(motion)
 
 
 def _first_intervals(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray]:

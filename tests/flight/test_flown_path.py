@@ -30,10 +30,14 @@ SPACING_S = 0.05
 
 def farthest_m(motion: Motion, path: FlownPath) -> float:
     """Return how far the motion, sampled closely, is from its path at most."""
-    state = motion.state_at_time(np.arange(0.0, float(motion.segments.duration_s.sum()), SPACING_S))
+    time_s = np.arange(0.0, float(motion.segments.duration_s.sum()), SPACING_S)
+    state = motion.state_at_time(time_s)
+    place_m = np.stack((state.east_m, state.north_m))
+    if motion.beside is not None:
+        place_m = place_m + motion.beside.at(time_s)
     line = shapely.LineString(np.column_stack((path.east_m, path.north_m)))
     shapely.prepare(line)
-    return float(shapely.distance(line, shapely.points(state.east_m, state.north_m)).max())
+    return float(shapely.distance(line, shapely.points(*place_m)).max())
 
 
 @given(

@@ -320,9 +320,11 @@ def _lifted(motion: Motion, lifted: list[tuple[_Points, FloatArray]]) -> Motion:
     count = len(segments.climb_m)
     climb_m = segments.climb_m + np.bincount(segment, rise_m, count)
     longer_s = np.bincount(segment, duration_s * (1.0 - law.time_scale), count)
+    longer = replace(segments, climb_m=climb_m, duration_s=segments.duration_s + longer_s)
     return replace(
         motion,
-        segments=replace(segments, climb_m=climb_m, duration_s=segments.duration_s + longer_s),
+        segments=longer,
+        beside=None if motion.beside is None else motion.beside.moved(segments.end_s, longer.end_s),
         laws=(*motion.laws, law),
         piece_segment=motion.piece_segment[origin],
         piece_law=np.where(is_new, len(motion.laws), motion.piece_law[origin]),

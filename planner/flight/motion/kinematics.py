@@ -260,6 +260,31 @@ def _spans(owner: IntArray, owners: IntArray) -> tuple[IntArray, IntArray]:
     return np.arange(len(place)) + (first - count.cumsum() + count)[place], place
 
 
+class Beside(Value, eq=False):
+    """Where the vehicle is beside what it follows.
+
+    In a straight line between these times, and on it before the first and after the last.
+    """
+
+    time_s: FloatArray
+    """Since the start of the flight, rising. (n,) [s]"""
+    east_north_m: FloatArray
+    """From what is followed to the vehicle. (n, 2) [m]"""
+
+    def at(self, time_s: FloatArray) -> FloatArray:
+        """Return how far the vehicle is to the east and north of what it follows. (2, …) [m]"""
+        return np.stack(
+            [np.interp(time_s, self.time_s, way_m, 0.0, 0.0) for way_m in self.east_north_m.T]
+        )
+
+    def moved(self, from_s: FloatArray, to_s: FloatArray) -> Beside:
+        """Return the same where what ended at times (n,) ends at others (n,)."""
+        return Beside(
+            time_s=np.interp(self.time_s, np.append(0.0, from_s), np.append(0.0, to_s)),
+            east_north_m=self.east_north_m,
+        )
+
+
 class Nodes(Value, kw_only=False, eq=False):
     """The nodes of the quadrature of each piece of a motion: k of each."""
 
@@ -307,6 +332,8 @@ class Motion(Value, eq=False, dict=True):
     slowed: SlowedLegs | None = None
     """``None``: every leg is flown as fast as commanded, as far as the wind goes."""
     circles: CirclesAtRate | None = None
+    beside: Beside | None = None
+    """``None``: the vehicle is nowhere beside the motion.  Times and energies are those of the motion."""
     findings: tuple[Finding, ...] = ()
 
     @cached_property

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.flight.motion.ardupilot.legs import ArduPilotLegs
-    from planner.flight.motion.ardupilot.splines import Splines
+    from planner.flight.motion.ardupilot.splines import FlownSplines, Splines
     from planner.flight.motion.kinematics import Manoeuvres, Motion
     from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import Stage
@@ -157,7 +157,7 @@ def _flown(
     lag = TrackLag.of(parameters, airspeed_limit_m_s)
     legs, leaving = leave_circles(stages, circles, legs, parameters, lag)
     speed_response = None if responses is None else responses.speed
-    flown_splines, wide_m = _flown_splines(stages, splines, legs)
+    flown_splines = _flown_splines(stages, splines, legs)
     spline_findings = () if splines is None else splines.findings
     manoeuvres = [
         *_takeoffs(stages, parameters),
@@ -167,7 +167,7 @@ def _flown(
         *_set_down(stages, parameters),
         *((circles.entries,) if len(circles.stage) else ()),
         *leaving,
-        *flown_splines,
+        *(() if flown_splines is None else (flown_splines.manoeuvres,)),
         *_settling(legs, responses, parameters, lag),
     ]
     motion = make_motion(
@@ -184,7 +184,8 @@ def _flown(
     ]
     return replace(
         motion,
-        wander_m=wide_m + past_stops_m(legs, lag),
+        wander_m=past_stops_m(legs, lag) + (0.0 if flown_splines is None else flown_splines.wide_m),
+        beside=None if flown_splines is None else flown_splines.beside(motion, scale),
         slowed=SlowedLegs.joined(slowed) if slowed else None,
         circles=circles.at_rate(stages.item),
     )
@@ -331,10 +332,10 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
 
 def _flown_splines(
     stages: StageColumns, splines: Splines | None, legs: ArduPilotLegs
-) -> tuple[tuple[Manoeuvres, ...], float]:
-    """Return the splines, as fast at their ends as the legs they join, and how wide they are flown [m]."""
+) -> FlownSplines | None:
+    """Return the splines, as fast at their ends as the legs they join."""
     if splines is None:
-        return (), 0.0
+        return None
     count, stage = len(stages.kind), splines.stage
     left, met = np.zeros(count), np.zeros(count)
     leg_stage, slot = np.divmod(legs.key, SLOTS)
@@ -346,5 +347,4 @@ def _flown_splines(
     start = np.where((stage > 0) & stages.is_passed[before], start, 0.0)
     end = np.where(is_spline[after], splines.speed_at_start_m_s[after], met[after])
     end = np.where(stages.is_passed[stage], end, 0.0)
-    manoeuvres, wide_m = splines.flown(stage * SLOTS, start, end)
-    return (manoeuvres,), wide_m
+    return splines.flown(stage * SLOTS, start, end)

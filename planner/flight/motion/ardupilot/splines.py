@@ -8,15 +8,22 @@ curve is cut into short pieces of constant acceleration along it, and flown as c
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.flight.motion.ardupilot.legs import faster_findings, limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
-from planner.flight.motion.ardupilot.track_lag import Behind, TrackLag
+from planner.flight.motion.ardupilot.track_lag import SETTLED_S, Behind, TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s, slowed_legs
-from planner.flight.motion.kinematics import FlightState, dot, lengths, make_manoeuvres, quotient
+from planner.flight.motion.kinematics import (
+    Beside,
+    FlightState,
+    dot,
+    lengths,
+    make_manoeuvres,
+    quotient,
+)
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
@@ -24,7 +31,7 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import Manoeuvres, SlowedLegs
+    from planner.flight.motion.kinematics import Manoeuvres, Motion, SlowedLegs
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -32,6 +39,10 @@ _PIECES = 24
 """Pieces of a spline: a bend of 90° is then flown as ten of 9°."""
 _LONGEST_TANGENTS = 4.0
 """``SPLINE_FACTOR``: both tangents together are at most so many times the way between the ends."""
+_TAIL_STEP_S = 0.2
+"""Of following the vehicle behind a spline: the lag of its lean. [s]"""
+_SETTLED_M = 0.1
+"""So near to its target a vehicle is on its way. [m]"""
 _ACCELERATION_PART = 0.5
 """``TANGENTIAL_ACCEL_SCALER`` and ``LATERAL_ACCEL_SCALER``."""
 
@@ -65,13 +76,12 @@ class Splines(Value, eq=False):
     slowed: SlowedLegs | None
     findings: tuple[Finding, ...]
 
-    def flown(
-        self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray
-    ) -> tuple[Manoeuvres, float]:
-        """Return the splines flown between speeds at their ends, and the vehicle's way beyond theirs [m]."""
+    def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> FlownSplines:
+        """Return the splines flown between speeds at their ends."""
         destination = np.minimum(self.destination_m_s, end_m_s)
         speed = _target_speeds_m_s(self, start_m_s, destination)
-        pace, duration, flown_m = _followed(self, speed)
+        followed = _followed(self, speed)
+        pace, duration, flown_m = followed.pace, followed.duration_s, followed.flown_m
         # The leg behind a spline is flown at its whole speed: what its time still lags is counted here.
         ends = np.append(~self.joins_before[1:], True)
         duration[ends, -1] += (1.0 - pace[ends, -1]) * self.lag.filter_s * (speed[ends, -1] > 0.0)
@@ -84,7 +94,65 @@ class Splines(Value, eq=False):
             velocity_m_s=(speed * pace)[..., None] * self.tangent,
             duration_s=duration,
         )
-        return manoeuvres, max(flown_m - float(level_m), 0.0)
+        return FlownSplines(
+            manoeuvres=manoeuvres,
+            wide_m=max(flown_m - float(level_m), 0.0),
+            stage=self.stage,
+            ways=followed.ways,
+        )
+
+
+class FlownSplines(NamedTuple):
+    """Splines as they are flown."""
+
+    manoeuvres: Manoeuvres
+    wide_m: float
+    """The vehicle's way beyond that of the splines. [m]"""
+    stage: IntArray
+    """Of each spline. (n,)"""
+    ways: list[_Way]
+    """Of each spline. (n,)"""
+
+    def beside(self, motion: Motion, scale: tuple[float, float]) -> Beside | None:
+        """Return where the vehicle is beside the motion that the splines are part of.
+
+        ``scale`` is the autopilot's metres per metre, eastward and northward.
+        """
+        before = np.where(self.stage > 0, motion.done_segment[self.stage - 1], -1)
+        begun_s = motion.segments.start_s[before + 1]
+        times, gaps = [], []
+        for begin_s, following_s, way in zip(
+            begun_s, [*begun_s[1:], np.inf], self.ways, strict=True
+        ):
+            time_s = begin_s + np.array(way.time_s)
+            own = time_s < following_s  # the tail ends where the next spline begins
+            times.append(time_s[own])
+            gaps.append(-np.array(way.gap_m)[own])
+        time_s, gap_m = np.concatenate(times), np.concatenate(gaps)
+        way_m = np.column_stack((gap_m.real / scale[0], gap_m.imag / scale[1]))
+        return Beside(time_s=time_s, east_north_m=way_m)
+
+
+class _Way(NamedTuple):
+    """Where a vehicle is behind its target on a spline and, if no other follows, after it."""
+
+    time_s: list[float]
+    """Since the beginning of the spline."""
+    gap_m: list[complex]
+    """To the target, seen from above: east + i north."""
+
+
+class _Followed(NamedTuple):
+    """How vehicles follow splines."""
+
+    pace: FloatArray
+    """Of the target's time at the nodes. (n, k + 1) [-]"""
+    duration_s: FloatArray
+    """(n, k) [s]"""
+    flown_m: float
+    """Way of the vehicle, from above."""
+    ways: list[_Way]
+    """Of each spline. (n,)"""
 
 
 def _target_speeds_m_s(
@@ -117,38 +185,53 @@ def _target_speeds_m_s(
     return np.sqrt(squares)
 
 
-def _followed(splines: Splines, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return how vehicles follow splines.
-
-    The paces of the target's time at the nodes (n, k + 1), the times between (n, k) [s], and the vehicle's
-    way, from above [m].
-    """
+def _followed(splines: Splines, speed_m_s: FloatArray) -> _Followed:
+    """Return how vehicles follow splines."""
     tangent = splines.tangent[..., 0] + 1j * splines.tangent[..., 1]
     mean = 0.5 * (speed_m_s[:, 1:] + speed_m_s[:, :-1])
     time_s = quotient(splines.piece_m, mean)
     pace, real_s = np.ones(speed_m_s.shape), np.zeros(time_s.shape)
-    rows = zip(
-        (speed_m_s * tangent).tolist(), time_s.tolist(), splines.joins_before.tolist(), strict=True
-    )
-    behind = Behind()
+    joins = splines.joins_before.tolist()
+    rows = zip((speed_m_s * tangent).tolist(), time_s.tolist(), joins, strict=True)
+    behind, lag = Behind(), splines.lag
     flown_m = 0.0
+    ways: list[_Way] = []
     followed = {}  # what a jump repeats is followed in the same way again
-    for row, (velocities, times, joins) in enumerate(rows):
-        behind = behind._replace(flown_m=0.0) if joins else splines.lag.steady(velocities[0])
+    for row, (velocities, times, is_joined) in enumerate(rows):
+        behind = behind._replace(flown_m=0.0) if is_joined else lag.steady(velocities[0])
         begun = (behind, *velocities, *times)
         if begun not in followed:
             pace[row, 0] = behind.pace
+            way = _Way([0.0], [behind.gap_m])
             for node, time in enumerate(times):
                 if time > 0.0:
-                    behind, real_s[row, node] = splines.lag.after(
+                    behind, real_s[row, node] = lag.after(
                         time, velocities[node], velocities[node + 1], behind
                     )
                 pace[row, node + 1] = behind.pace
-            followed[begun] = row, behind
-        same, behind = followed[begun]
+                way.time_s.append(way.time_s[-1] + float(real_s[row, node]))
+                way.gap_m.append(behind.gap_m)
+            followed[begun] = row, behind, way
+        same, behind, way = followed[begun]
         pace[row], real_s[row] = pace[same], real_s[same]
         flown_m += behind.flown_m
-    return pace, real_s, flown_m
+        if not any(joins[row + 1 : row + 2]):
+            way = _tail(lag, way, behind, velocities[-1])
+        ways.append(way)
+    return _Followed(pace, real_s, flown_m, ways)
+
+
+def _tail(lag: TrackLag, way: _Way, behind: Behind, onward: complex) -> _Way:
+    """Return a way and what follows it, until the vehicle is where its target is.
+
+    The target goes on with the velocity of the end of the spline, or stands.
+    """
+    times, gaps = list(way.time_s), list(way.gap_m)
+    while abs(gaps[-1]) > _SETTLED_M and times[-1] < way.time_s[-1] + SETTLED_S:
+        behind, real_s = lag.after(_TAIL_STEP_S, onward, onward, behind)
+        times.append(times[-1] + real_s)
+        gaps.append(behind.gap_m)
+    return _Way(times, gaps)
 
 
 def plan_splines(
@@ -279,7 +362,8 @@ def _tangents(
     passed = stages.is_passed[row][:, None]
     from_m = np.where(is_spline[after][:, None], stages.start_m[row], stages.place_m[row])
     # A circle is named by its centre; a landing keeps the height.
-    to_m = stages.place_m[after].copy()
+    first, last = _whole_legs(stages)
+    to_m = stages.place_m[last[after]].copy()
     level = is_kind(stages.kind[after], StageKind.LAND, StageKind.SET_DOWN)
     to_m[level, 2] = stages.place_m[row[level], 2]
     arriving = np.where(passed, to_m - from_m, 0.0)
@@ -287,9 +371,21 @@ def _tangents(
     whole = np.zeros((len(stages.kind), 3))
     whole[row] = arriving
     leaving = np.where(
-        is_spline[before][:, None], whole[before], stages.place_m[before] - stages.start_m[before]
+        is_spline[before][:, None],
+        whole[before],
+        stages.place_m[before] - stages.start_m[first[before]],
     )
     return np.where((stages.is_passed[before] & (row > 0))[:, None], leaving, 0.0), arriving
+
+
+def _whole_legs(stages: StageColumns) -> tuple[IntArray, IntArray]:
+    """Return for each stage the first and the last that are one leg with it to the autopilot. (stages,)"""
+    number = np.arange(len(stages.kind))
+    ends = ~stages.is_underway
+    begins = np.append(True, ends[:-1])
+    last = np.where(ends, number, number[-1])
+    first = np.maximum.accumulate(np.where(begins, number, 0))
+    return first, np.minimum.accumulate(last[::-1])[::-1]
 
 
 def _cubic_at(
