@@ -120,14 +120,15 @@ def _least_above_m(
     Those that climb from --clearance to a height of their own count from there.
     """
     path, low_m = a.path, a.setup.clearance_m
+    kept_m = max(_OF_LANDING * low_m, _LOWEST_M)
     if is_lowest:
         least_m = np.full(len(legs), _LOWEST_M)
     elif follow:
         climbs = following_parameters(a).return_altitude_m > low_m
-        least_m = np.full(len(legs), low_m if climbs else _OF_LANDING * low_m)
+        least_m = np.full(len(legs), low_m if climbs else kept_m)
     else:
         climbing = _climbs_from(a, legs, path.height_m[legs] - above_m[legs] + low_m)
-        least_m = np.where(climbing, low_m, _OF_LANDING * low_m)
+        least_m = np.where(climbing, low_m, kept_m)
     if not return_height_is_known(a):
         # No autopilot as it is delivered returns lower than ArduPilot.
         ground_m = path.height_m[legs] - above_m[legs]

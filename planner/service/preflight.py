@@ -364,9 +364,14 @@ def _decided_by(
 def _further(
     judged: Iterable[Finding], found: Sequence[Finding], setup: Setup
 ) -> Iterator[Finding]:
-    """Yield what decides the verdict, as an error or what it fails on, and no code of which has yet."""
-    known = {one.code for one in found if one.severity >= setup.fail_on}
-    yield from (one for one in judged if one.severity >= setup.fail_on and one.code not in known)
+    """Yield what decides the verdict, and is graver than what is found of its code already."""
+    known = {one.code: one.severity for one in sorted(found, key=lambda one: one.severity)}
+    yield from (
+        one
+        for one in judged
+        if one.severity >= setup.fail_on
+        and (one.code not in known or one.severity > known[one.code])
+    )
 
 
 check = taking_settings("check", check_mission, Setup)

@@ -124,6 +124,12 @@ def test_what_rises_over_a_landing_above_the_return_height_is_in_the_way_from_2_
     assert all((low or "") in one.message for one in found)
 
 
+@pytest.mark.parametrize("clearance_m", [0.0, 0.3, 1.0, 5.0])
+def test_no_smaller_clearance_asks_for_more(clearance_m: float) -> None:
+    level = plateau(0.5)
+    assert told(DELIVERY, level, OF[Autopilot.ARDUPILOT], "RTL_ALT,1500\n", clearance_m) == []
+
+
 @pytest.mark.parametrize(("return_m", "is_low"), [(44, True), (45, False)])
 def test_a_return_that_climbs_within_the_clearance_misses_the_ground(
     return_m: int, *, is_low: bool

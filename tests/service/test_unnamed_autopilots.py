@@ -145,6 +145,17 @@ def test_a_warning_of_one_of_both_decides_where_warnings_do() -> None:
     assert check_mission(mission, replace(strict, fail_on=Severity.ERROR)).verdict == "go"
 
 
+@pytest.mark.parametrize("fail_on", [Severity.ERROR, Severity.WARNING])
+def test_a_warning_that_is_turned_off_hides_no_error_of_the_other(fail_on: Severity) -> None:
+    # PX4 does not hold and says so; ArduPilot holds for 65,476 s, which no selection turns off.
+    mission = mission_of(ORDINARY[0], "3 16 -60 0 0 nan 47.4 8.5013286 20", PLACE, RETURN)
+    quiet = Selection(ignore=("T102", "L150"))
+    asked = replace(flown_by(LIKE_PX4), fail_on=fail_on, selection=quiet)
+    assert check_mission(mission, replace(asked, autopilot=Autopilot.PX4)).verdict == "go"
+    found = check_mission(mission, asked)
+    assert [one.code for one in found.findings if one.severity is Severity.ERROR] == ["T102"]
+
+
 def test_who_refuses_the_upload_is_nobody_to_name() -> None:
     # PX4 takes no PAYLOAD_PLACE: ArduPilot flies it, and carries the load on
     mission = mission_of(*FLOWN_OTHERWISE["a load that is carried on"])
