@@ -136,8 +136,7 @@ def make_route(
     findings += _assumed_levels(mission, state)
     lap = None
     if order.lap_item is not None and lap_start is not None and not state.is_over:
-        # Rounds at one place may be one wait, begun before.
-        lap = Lap(item=order.lap_item, first_stage=min(lap_start, flown - 1) + assumed)
+        lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
     laid_out = _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
     return replace(laid_out, return_height_m=mission.return_height_m)
 
