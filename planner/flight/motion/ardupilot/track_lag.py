@@ -188,8 +188,11 @@ class TrackLag(NamedTuple):
 
     def held(self, velocity_m_s: FloatArray) -> FloatArray:
         """Return the drag of velocities. (n, 3) [m s⁻²]"""
-        size = lengths(velocity_m_s)
-        return np.asarray((self.drag * size ** (_DRAG_EXPONENT - 1.0))[:, None] * velocity_m_s)
+        return np.asarray(self.drag_per_s(velocity_m_s)[:, None] * velocity_m_s)
+
+    def drag_per_s(self, velocity_m_s: FloatArray) -> FloatArray:
+        """Return the drag of velocities over their speeds. (n,) [s⁻¹]"""
+        return np.asarray(self.drag * lengths(velocity_m_s) ** (_DRAG_EXPONENT - 1.0))
 
     def lost_in_corners_s(
         self,
@@ -455,7 +458,9 @@ class _Led(NamedTuple):
         pushed = self.pushed_m_s2 + (asked - self.pushed_m_s2) * share
         return _Led(
             gap_m=self.gap_m + closing * step,
-            velocity_m_s=self.velocity_m_s + (pushed - self.pushed_m_s2 + gained) * step,
+            # The drag of the speed there will be: however great, it does not turn a vehicle round.
+            velocity_m_s=(self.velocity_m_s + pushed * step)
+            / (1.0 + lag.drag_per_s(self.velocity_m_s)[:, None] * step),
             held_m_s2=self.held_m_s2 + VELOCITY_INTEGRAL_PER_S2 * error * step,
             pushed_m_s2=pushed,
         )
