@@ -434,11 +434,7 @@ def plan_legs(
         half[rows] = half_overlap_s(corners, parameters)
         corner_speed[rows] = corners.speed_m_s(half[rows])
         lost_s[entered] = lag.lost_in_corners_s(
-            corners.ramps,
-            half[rows],
-            before=direction[rows],
-            after=direction[entered],
-            cruise_s=curves.cruise_s[entered],
+            corners.ramps, half[rows], before=direction[rows], after=direction[entered]
         )
         if not last:
             changed_s[entered] = half[rows]

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import dot, lengths, quotient
+from planner.flight.motion.s_curve import SpeedRamps
 from planner.units import GRAVITY_M_S2
+from planner.values import field_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.arrays import FloatArray
-    from planner.flight.motion.s_curve import SpeedRamps
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 ATTITUDE_LAG_FACTOR = 2.0
@@ -38,18 +39,8 @@ CORRECTED_S = 2.0
 
 _DRAG_EXPONENT = 1.5
 """Drag of rotors goes by the airspeed, that of a body by its square; 1.4 and 1.3 as recorded. [-]"""
-_CORNER_STEP_S = 0.1
-"""Of following a vehicle through a corner at most: half the lag of its lean."""
-_CORNER_STEPS = 48
-"""At least so many for a corner: those of low speeds and high accelerations are soon over."""
-_LEANS = np.array([1.0, 1.0, 0.0])
-"""East, north, up."""
-_FORGOTTEN_S = 3.0 * CORRECTED_S
-"""A corner is forgotten so long after the target has its speed. [s]"""
-_LONGER = 4
-"""So many times the time of its target's a vehicle is followed through a corner."""
-_START_STEPS = 24
-"""Of speeding up behind a start."""
+_CORNER_STEPS = (24, 24)
+"""Steps of braking before the middle of a corner, and of speeding up after it."""
 _REST_STEPS = 40
 """Of standing where it stopped: 0.4 s at most."""
 _LEANING_STEPS = 60
@@ -188,66 +179,40 @@ class TrackLag(NamedTuple):
 
     def held(self, velocity_m_s: FloatArray) -> FloatArray:
         """Return the drag of velocities. (n, 3) [m s⁻²]"""
-        return np.asarray(self.drag_per_s(velocity_m_s)[:, None] * velocity_m_s)
-
-    def drag_per_s(self, velocity_m_s: FloatArray) -> FloatArray:
-        """Return the drag of velocities over their speeds. (n,) [s⁻¹]"""
-        return np.asarray(self.drag * lengths(velocity_m_s) ** (_DRAG_EXPONENT - 1.0))
+        size = lengths(velocity_m_s)
+        return np.asarray((self.drag * size ** (_DRAG_EXPONENT - 1.0))[:, None] * velocity_m_s)
 
     def lost_in_corners_s(
-        self,
-        ramps: SpeedRamps,
-        half_s: FloatArray,
-        *,
-        before: FloatArray,
-        after: FloatArray,
-        cruise_s: FloatArray,
+        self, ramps: SpeedRamps, half_s: FloatArray, *, before: FloatArray, after: FloatArray
     ) -> FloatArray:
         """Return the time lost behind the middles of corners. (n,) [s]
 
         ``ramps`` are those of braking before a corner and of speeding up after it (2, n); the directions
-        of the legs are (n, 3).  The lean follows what the controller asks for with a lag, so the vehicle is
-        late in turning; and what the drag was while braking still pushes it along its old direction: the
-        sharper the corner, the more it is missing from the new one.
-
-        Each is followed from its braking on until its target brakes again, after a time of cruise (n,), or
-        nothing of it is left.  What the greatest lean does not give is not counted.
+        of the legs are (n, 3).  What the drag was while braking still pushes the vehicle along its old
+        direction: the sharper the corner, the more it is missing from the new one.
         """
-        if not len(half_s):
-            return np.zeros(0)
+        if self.drag == 0.0 or not len(half_s):
+            return np.zeros(len(half_s))
         braking, speeding = ramps.duration_s
-        end = speeding - 2.0 * half_s + np.minimum(cruise_s, _FORGOTTEN_S)
 
         def velocity(time_s: FloatArray) -> FloatArray:
-            """Velocities of targets a time after the end of the leg before."""
+            """Velocities a time after the end of the leg before."""
             left, right = ramps.speed_after(np.stack((-time_s, time_s + 2.0 * half_s)))
             return np.asarray(left[:, None] * before + right[:, None] * after)
 
-        count = np.maximum(np.ceil((braking + end) / _CORNER_STEP_S), _CORNER_STEPS)
-        step, track = (braking + end) / count, -braking
-        lost, pace = np.zeros(len(end)), np.ones(len(end))
-        led = _Led.along(velocity(track), self)
-        for _ in range(_LONGER * int(count.max())):
-            now = velocity(track)
-            error = led.error_m_s(now)
-            behind = quotient(dot(error, now), dot(now, now))
-            wanted = np.clip(1.0 + _TIME_BUFFER - behind, 0.0, 1.0)
-            lost += np.where((track > -half_s) & (track < end), (1.0 - wanted) * step, 0.0)
-            told = quotient(velocity(track + step) - now, step[:, None])
-            led = led.after(step, error, self, told_m_s2=told, target_m_s=pace[:, None] * now)
-            pace = pace + (wanted - pace) * np.minimum(step / self.filter_s, 1.0)
-            track = track + pace * step
-            if (track >= end).all():
-                break
-        return lost
+        braked = _Following.along(velocity(-braking))
+        for step, then in _times(-braking, -half_s, _CORNER_STEPS[0]):
+            braked = braked.after(step, velocity(then), self)
+        times = _times(-half_s, speeding - 2.0 * half_s, _CORNER_STEPS[1])
+        return self._lost_s(braked, ((step, velocity(then)) for step, then in times))
 
     def lost_at_starts_s(self, ramps: SpeedRamps, direction: FloatArray) -> FloatArray:
-        """Return the time lost to drag where legs begin at rest. (n,) [s]"""
+        """Return the time lost where legs begin at rest. (n,) [s]"""
         if self.drag == 0.0:
             return np.zeros(len(direction))
-        times = _times(np.zeros(len(direction)), ramps.duration_s, _START_STEPS)
-        steps = ((step, ramps.speed_after(then)[:, None] * direction) for step, then in times)
-        return self._lost_s(_Following.along(np.zeros_like(direction)), steps)
+        none = SpeedRamps(**{name: np.zeros(len(direction)) for name in field_names(SpeedRamps)})
+        still, halves = np.zeros_like(direction), np.zeros(len(direction))
+        return self.lost_in_corners_s(none.beside(ramps), halves, before=still, after=direction)
 
     def spared_behind_stops_s(
         self,
@@ -410,60 +375,6 @@ def _times(
     step = (end_s - begin_s) / count
     for number in range(1, count + 1):
         yield step, begin_s + number * step
-
-
-class _Led(NamedTuple):
-    """Vehicles that are led through corners. (n, 3) each"""
-
-    gap_m: FloatArray
-    """From the vehicle to its target."""
-    velocity_m_s: FloatArray
-    """Of the vehicle."""
-    held_m_s2: FloatArray
-    """What the integral of its controller holds."""
-    pushed_m_s2: FloatArray
-    """What its lean pushes with."""
-
-    @classmethod
-    def along(cls, velocity_m_s: FloatArray, lag: TrackLag) -> _Led:
-        """Return vehicles that have followed for long."""
-        held = lag.held(velocity_m_s)
-        return cls(np.zeros_like(velocity_m_s), velocity_m_s, held, held)
-
-    def error_m_s(self, target_m_s: FloatArray) -> FloatArray:
-        """Return the input of the velocity controller, by what it is told of the target."""
-        return target_m_s - self.velocity_m_s + POSITION_GAIN_PER_S * self.gap_m
-
-    def after(
-        self,
-        step_s: FloatArray,
-        error: FloatArray,
-        lag: TrackLag,
-        *,
-        told_m_s2: FloatArray,
-        target_m_s: FloatArray,
-    ) -> _Led:
-        """Return them a step later.
-
-        ``told_m_s2`` is the acceleration that the controller is told of, ``target_m_s`` how fast the target
-        is that waits for the vehicle.
-        """
-        step = step_s[:, None]
-        gained = self.pushed_m_s2 - lag.held(self.velocity_m_s)
-        closing = target_m_s - self.velocity_m_s
-        asked = told_m_s2 + VELOCITY_GAIN_PER_S * error + self.held_m_s2
-        asked += VELOCITY_DERIVATIVE * (told_m_s2 + POSITION_GAIN_PER_S * closing - gained)
-        # Up and down nothing leans.
-        share = quotient(step, lag.attitude_s * _LEANS + step)
-        pushed = self.pushed_m_s2 + (asked - self.pushed_m_s2) * share
-        return _Led(
-            gap_m=self.gap_m + closing * step,
-            # The drag of the speed there will be: however great, it does not turn a vehicle round.
-            velocity_m_s=(self.velocity_m_s + pushed * step)
-            / (1.0 + lag.drag_per_s(self.velocity_m_s)[:, None] * step),
-            held_m_s2=self.held_m_s2 + VELOCITY_INTEGRAL_PER_S2 * error * step,
-            pushed_m_s2=pushed,
-        )
 
 
 class _Following(NamedTuple):
