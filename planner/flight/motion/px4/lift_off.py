@@ -103,7 +103,7 @@ def noticed_s(parameters: Px4Parameters, least_thrust: float, hover_thrust: floa
     p = parameters
     ordered, built, _ = _ordered_m_s(p, is_behind_landing=False)
     thrust = 1.0 + (p.vertical_velocity_gain_per_s * ordered + built) / GRAVITY_M_S2
-    low = least_thrust / hover_thrust
+    low = least_thrust / (max(hover_thrust, least_thrust) or 1.0)
     return _STEP_S * int(np.argmax(thrust > low + _LOW_THRUST * (1.0 - low)))
 
 
