@@ -110,7 +110,7 @@ class FlownSplines(NamedTuple):
     """The vehicle's way beyond that of the splines. [m]"""
     stage: IntArray
     """Of each spline. (n,)"""
-    ways: list[_Way]
+    ways: list[_FollowedWay]
     """Of each spline. (n,)"""
 
     def beside(self, motion: Motion, scale: tuple[float, float]) -> Beside | None:
@@ -133,7 +133,7 @@ class FlownSplines(NamedTuple):
         return Beside(time_s=time_s, east_north_m=way_m)
 
 
-class _Way(NamedTuple):
+class _FollowedWay(NamedTuple):
     """Where a vehicle is behind its target on a spline and, if no other follows, after it."""
 
     time_s: list[float]
@@ -151,7 +151,7 @@ class _Followed(NamedTuple):
     """(n, k) [s]"""
     flown_m: float
     """Way of the vehicle, from above."""
-    ways: list[_Way]
+    ways: list[_FollowedWay]
     """Of each spline. (n,)"""
 
 
@@ -195,14 +195,14 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> _Followed:
     rows = zip((speed_m_s * tangent).tolist(), time_s.tolist(), joins, strict=True)
     behind, lag = Behind(), splines.lag
     flown_m = 0.0
-    ways: list[_Way] = []
+    ways: list[_FollowedWay] = []
     followed = {}  # what a jump repeats is followed in the same way again
     for row, (velocities, times, is_joined) in enumerate(rows):
         behind = behind._replace(flown_m=0.0) if is_joined else lag.steady(velocities[0])
         begun = (behind, *velocities, *times)
         if begun not in followed:
             pace[row, 0] = behind.pace
-            way = _Way([0.0], [behind.gap_m])
+            way = _FollowedWay([0.0], [behind.gap_m])
             for node, time in enumerate(times):
                 if time > 0.0:
                     behind, real_s[row, node] = lag.after(
@@ -221,7 +221,7 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> _Followed:
     return _Followed(pace, real_s, flown_m, ways)
 
 
-def _tail(lag: TrackLag, way: _Way, behind: Behind, onward: complex) -> _Way:
+def _tail(lag: TrackLag, way: _FollowedWay, behind: Behind, onward: complex) -> _FollowedWay:
     """Return a way and what follows it, until the vehicle is where its target is.
 
     The target goes on with the velocity of the end of the spline, or stands.
@@ -231,7 +231,7 @@ def _tail(lag: TrackLag, way: _Way, behind: Behind, onward: complex) -> _Way:
         behind, real_s = lag.after(_TAIL_STEP_S, onward, onward, behind)
         times.append(times[-1] + real_s)
         gaps.append(behind.gap_m)
-    return _Way(times, gaps)
+    return _FollowedWay(times, gaps)
 
 
 def plan_splines(
