@@ -113,7 +113,7 @@ class FlownSplines(NamedTuple):
     ways: list[_FollowedWay]
     """Of each spline. (n,)"""
 
-    def beside(self, motion: Motion, scale: tuple[float, float]) -> Beside | None:
+    def beside(self, motion: Motion, scale: tuple[float, float]) -> Beside:
         """Return where the vehicle is beside the motion that the splines are part of.
 
         ``scale`` is the autopilot's metres per metre, eastward and northward.
