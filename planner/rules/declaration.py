@@ -118,6 +118,11 @@ PX4: Need[Px4Parameters] = Need("a vehicle of PX4's", _px4, is_subject=True)
 ARDUPILOT: Need[ArduPilotParameters] = Need("a vehicle of ArduPilot's", _ardupilot, is_subject=True)
 TARGET: Need[Target] = Need("the autopilot the mission is for: --target", lambda a: a.target)
 TERRAIN: Need[TerrainGrid] = Need("terrain: --terrain", lambda a: a.setup.terrain)
+TERRAIN_ABOUT_UNKNOWN_HOME: Need[TerrainGrid] = Need(
+    "terrain and a file without a home",
+    lambda a: a.setup.terrain if a.mission.home is None else None,
+    is_subject=True,
+)
 SEVERAL_TERRAINS: Need[TerrainGrid] = Need(
     "two terrain files or more",
     lambda a: a.setup.terrain if a.setup.terrain and len(a.setup.terrain.tiles) > 1 else None,

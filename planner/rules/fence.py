@@ -150,11 +150,14 @@ RTL_PATH_CROSSES = Rule(
 
 FENCE_IN_PART = Rule(
     "F109 fence-checked-in-part",
-    Severity.INFO,
-    summary="Part of the fence check rests on an assumed home.",
-    why="A check that is silent about what it leaves out is read as a check of everything.",
-    how="Without a planned home, returns lead to the start of the flight.",
+    Severity.ERROR,
+    summary="The file has no home: the fence is not checked on the way from there and back.",
+    why="A circle of the parameters lies about home, the flight begins there and returns lead there; none of "
+    "them is where the file says nothing.",
+    how="No planned home, and areas in the fence or a greatest distance from home in the parameters.  Limits "
+    "of height above home are checked.",
     fix="save the mission with its planned home",
+    instead="a mission with its home",
 )
 
 
@@ -248,10 +251,11 @@ def flight_in_fence(a: Assessment) -> Iterator[Finding]:
     """Yield what is wrong with the areas of a fence, and where a flight or its returns leave them."""
     flown = a.fenced
     yield from flown.area.findings
-    if a.mission.home is None:
+    if a.mission.home is None and flown.area.barriers:
         yield a.finding(
             FENCE_IN_PART,
-            "no home in the file: returns and distances are taken from the start of flight",
+            "no home in the file: the way from there to the first place, returns and distances from home are "
+            "not checked against the fence",
         )
     barriers = [barrier for barrier in flown.area.barriers if not flown.is_clear_of(barrier)]
     if not barriers:

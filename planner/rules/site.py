@@ -12,6 +12,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name, is_navigation
 from planner.rules.declaration import EXTREMES, PROFILE, judges
+from planner.rules.left_open import IN_SIGHT_M
 from planner.rules.terrain_following import tops_over_terrain_m
 from planner.rules.terrain_posts import heights_by_posts_m
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
@@ -155,7 +156,8 @@ TOO_FAR_FOR_SITE = Rule(
     why="The mission of another site is the usual slip (MAVProxy #629: mission, rally, fence near).",
     how="Distance from the place of the site, else from home, of home, every stage, rally point, "
     "corner and far edge of areas to stay inside, beyond max_distance_m; and of the path, circles and curves "
-    "as they are flown, beyond 1 m more.",
+    "as they are flown, beyond 1 m more.  A home that the file does not tell may be 500 m from the first "
+    "place, as far as a small multicopter is seen.",
     fix="check that this is the mission of this site",
 )
 
@@ -168,6 +170,10 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     start = (route.frame.latitude_deg, route.frame.longitude_deg)
     origin = _origin_deg(a, profile)
     origin_name = "home" if origin == start else "the site"
+    if mission.home is None and profile.latitude_deg is None:
+        in_sight = quantity.distance(IN_SIGHT_M)
+        origin_name = f"the first place (no home in the file: it may be {in_sight} farther)"
+        limit_m -= IN_SIGHT_M
     stages = route.frame.latitude_longitude_deg(
         [stage.east_m for stage in route.stages], [stage.north_m for stage in route.stages]
     )
@@ -212,11 +218,12 @@ def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
         what, farthest_m, beyond = f"the way of item {item}", float(path_m[point]), beyond + 1
     if not beyond:
         return
-    away = quantity.beside(farthest_m, limit_m, quantity.distance)
+    away = quantity.beside(farthest_m, profile.max_distance_m, quantity.distance)
     more = f" ({quantity.count(beyond - 1, 'more place')} too far)" if beyond > 1 else ""
     yield a.finding(
         TOO_FAR_FOR_SITE,
-        f"{what} is {away} from {origin_name}; {profile.source} allows {quantity.distance(limit_m)}{more}",
+        f"{what} is {away} from {origin_name}; {profile.source} allows "
+        f"{quantity.distance(profile.max_distance_m)}{more}",
         item=item,
     )
 

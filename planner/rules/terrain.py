@@ -10,6 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.mission.route.position import TERRAIN_ASSUMED_LEVEL
+from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
 from planner.rules.clearance import (
     GROUND_THERE,
@@ -29,7 +30,8 @@ from planner.rules.clearance import (
     sides_of,
     too_near_text,
 )
-from planner.rules.declaration import TERRAIN, NotEvaluated, judges
+from planner.rules.declaration import TERRAIN, TERRAIN_ABOUT_UNKNOWN_HOME, NotEvaluated, judges
+from planner.rules.left_open import IN_SIGHT_M
 from planner.rules.low_returns import is_vertical_at_ground
 from planner.rules.terrain_following import (
     FollowingLegs,
@@ -169,6 +171,34 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
         + ("" if is_known.all() else ", where it is known"),
         item=int(item[lowest]),
     )
+
+
+@judges(HOME_UNKNOWN, needs=(TERRAIN_ABOUT_UNKNOWN_HOME,))
+def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
+    """Yield a finding where a flight from a home near its first place may be too low over the ground.
+
+    Begun from the lowest ground in sight it is so much lower than from the first place, and comes over the
+    highest of it to there.
+    """
+    ends_m = np.array([-IN_SIGHT_M, IN_SIGHT_M])
+    box_deg = a.route.frame.latitude_longitude_deg(ends_m, ends_m)
+    ground_m, highest_m = terrain.range_amsl_m(*box_deg)
+    start_m = a.route.home_amsl_m
+    lower_m = 0.0 if a.setup.home_amsl_m is not None else max(start_m - ground_m, 0.0)
+    lowest_m = start_m - lower_m + a.route.stages[0].height_m - highest_m
+    flown = _flown(a, terrain, STRAIGHT_M)
+    if flown is not None:
+        least_m, _, _ = flown.clearance.extremes_m()
+        known_m = least_m[flown.clearance.is_known]
+        lowest_m = min(lowest_m, float(known_m.min(initial=math.inf)) - lower_m)
+    if lowest_m < a.setup.clearance_m:
+        yield a.finding(
+            HOME_UNKNOWN,
+            f"no home in the file: taken off within {quantity.distance(IN_SIGHT_M)} of the first place, over "
+            f"{quantity.height(ground_m)} to {quantity.height(highest_m)} AMSL, the flight may be "
+            f"{too_near_text(a, lowest_m)}",
+            severity=Severity.ERROR,
+        )
 
 
 class _Flown(Value, kw_only=False, eq=False):

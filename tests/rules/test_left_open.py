@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
+from made_terrain import slope
 from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner import quantity
@@ -138,6 +140,39 @@ def test_a_margin_that_does_not_hold_500_m_more_is_an_error_without_a_home(
     flight = replace(mission(takeoff(20), waypoint(0, 20), waypoint(100, 20), rtl()), home=None)
     told = [f for f in found(flight, reserve=reserve) if f.code == "M107"]
     assert max(one.severity for one in told) is severity
+
+
+CLEARANCE_M = 5.0
+
+
+@pytest.mark.parametrize(("home_amsl_m", "reach_m"), [(None, 1000.0), (400.0, 500.0)])
+@pytest.mark.parametrize(("beyond_m", "is_error"), [(1.0, True), (-1.0, False)])
+def test_ground_that_falls_away_about_an_unknown_home_is_an_error(
+    home_amsl_m: float | None, reach_m: float, beyond_m: float, *, is_error: bool
+) -> None:
+    # From 500 m down the slope the way to the first place leads over ground as high as 500 m up the slope;
+    # by an altitude of home that is given no height is lower.
+    angle_deg = math.degrees(math.atan((30.0 - CLEARANCE_M + beyond_m) / reach_m))
+    one = replace(mission(takeoff(30), waypoint(100, 30), rtl()), home=None)
+    told = found(one, terrain=slope(angle_deg), clearance_m=CLEARANCE_M, home_amsl_m=home_amsl_m)
+    errors = [f for f in told if f.severity is Severity.ERROR]
+    assert [f.code for f in errors if f.code == "M107"] == ["M107"] * is_error
+    known = found(replace(one, home=HOME), terrain=slope(angle_deg), clearance_m=CLEARANCE_M)
+    assert "M107" not in {f.code for f in known}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "is_error"),
+    [
+        ("FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,100\n", False),
+        ("FENCE_ENABLE,1\nFENCE_TYPE,2\nFENCE_RADIUS,900\n", True),
+        ("FENCE_ENABLE,0\nFENCE_TYPE,2\nFENCE_RADIUS,900\n", False),
+    ],
+)
+def test_a_fence_about_an_unknown_home_is_an_error(parameters: str, *, is_error: bool) -> None:
+    one = replace(mission(takeoff(20), waypoint(100, 20), rtl()), home=None)
+    told = found(one, ARDUPILOT, parameters)
+    assert [f.severity for f in told if f.code == "F109"] == [Severity.ERROR] * is_error
 
 
 # Three searches of 10 s, the defaults, of 100 s, and none; at some 270 W of hover 2.3 and 23 Wh.

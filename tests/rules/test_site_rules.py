@@ -117,6 +117,18 @@ def test_a_mission_beyond_the_distance_of_a_site_is_an_error(
         assert "item 2 is 500 m from home" in found[0].message
 
 
+@pytest.mark.parametrize(("limit_m", "fires"), [(1001, False), (999, True)])
+def test_a_home_that_is_not_known_may_be_500_m_away(
+    tmp_path: Path, limit_m: float, *, fires: bool
+) -> None:
+    profile = f"[site]\nmax_distance_m = {limit_m}\n"
+    found = of("M122", tmp_path, profile, one=replace(GOOD, home=None))
+    assert [f.severity for f in found] == [Severity.ERROR] * fires
+    # Of a site with a place of its own nothing counts from home.
+    placed = profile + f"latitude_deg = {north(0)}\nlongitude_deg = 8.0\n"
+    assert of("M122", tmp_path, placed, one=replace(GOOD, home=None)) == []
+
+
 def test_an_ignored_error_switches_off_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "site.toml"
     path.write_text("[site]\nmax_distance_m = 499\n", encoding="utf-8")
