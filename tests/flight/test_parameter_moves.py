@@ -77,11 +77,21 @@ LOW_RETURN = (takeoff(20.0), waypoint(200.0, 20.0), rtl())
             10.3 / 0.3 - 10.5 / 0.5 + math.log(1 / 0.3) - math.log(1 / 0.5),
         ),
         # A climb of 10 m takes rise/V + V/A_z + A_z/J + t_j + 0.37 s, of which 2.6 s overlap with the way
-        # home, and replaces the start of that, 0.3 s, and half a centimetre's curve; and 10 m more down.
+        # home, and replaces the start of that, 0.3 s, and half a centimetre's curve; and 10 m more down.  In
+        # the turn between them some of the lag of the lean is lost, 0.2 s: half of it, to half of it.
         (
             "RTL_ALT,3000",
             LOW_RETURN,
-            10 / 2.5 + 2.5 + 1 + 0.3 + 0.37 - 2.6 - 0.3 - 4 * (0.01 * 0.3 / 8) ** 0.25 + 10 / 1.5,
+            10 / 2.5
+            + 2.5
+            + 1
+            + 0.3
+            + 0.37
+            - 2.6
+            - 0.3
+            - 4 * (0.01 * 0.3 / 8) ** 0.25
+            + 0.1
+            + 10 / 1.5,
         ),
     ],
     ids=["speed", "acceleration", "jerk", "radius", "landing speed", "return height"],

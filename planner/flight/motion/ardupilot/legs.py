@@ -419,24 +419,28 @@ def plan_legs(
     for last in (False, True) if is_changed.any() else (True,):
         if not len(rows):
             break
-        speeding = curves.up.select(entered)
+        speeding = curves.up
         if is_changed.any():
             reached = np.minimum(planned, peak_speed_from_rest_m_s(length, limits))
-            first = np.where(is_changed, reached, curves.first_m_s)
-            speeding = speed_ramps(first, limits).select(entered)
+            speeding = speed_ramps(np.where(is_changed, reached, curves.first_m_s), limits)
         corners = Corners.of(
             direction[rows],
             direction[entered],
             slowing=curves.down.select(rows),
-            speeding=speeding,
+            speeding=speeding.select(entered),
             speed_limit_m_s=np.minimum(speed[rows], planned[entered]),
         )
         half[rows] = half_overlap_s(corners, parameters)
         corner_speed[rows] = corners.speed_m_s(half[rows])
-        lost_s[entered] = lag.lost_in_corners_s(
-            corners.ramps, half[rows], before=direction[rows], after=direction[entered]
-        )
-        if not last:
+        if last:
+            lost_s[entered] = lag.lost_in_corners_s(
+                corners.ramps,
+                half[rows],
+                before=direction[rows],
+                after=direction[entered],
+                cruise_s=curves.cruise_s[entered],
+            )
+        else:
             changed_s[entered] = half[rows]
             curves = flown_curves(changed_s)
     starts = np.flatnonzero(from_rest & leads)
