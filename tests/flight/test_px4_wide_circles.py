@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from ardupilot_missions import land, stage
@@ -127,6 +129,79 @@ def test_a_circle_left_at_rest_once_it_looks_ahead_leads_to_its_line_too(
     assert lasts_s == pytest.approx(flown_s, abs=1.0)
     east_m = motion.state_at_time(np.linspace(0.0, lasts_s, 2000)).east_m
     assert east_m.min() == pytest.approx(west_m, abs=0.5)
+
+
+SLOW_YAW = math.radians(20.0)
+
+
+@pytest.mark.parametrize(
+    ("places", "change", "flown_s", "passed_m", "codes"),
+    [
+        # Flown by a build of PX4 that turns first, armed looking north: from the waypoint before it looks
+        # south, and stands until it looks north; then it turns to the place behind, and flies by the line.
+        ([(0, -60), (45, -40), (60, 40)], {}, 138.0, (43.3, -62.8), []),
+        (
+            [(0, -60), (45, -40), (60, 40)],
+            {"cruise_speed_m_s": 8.0},
+            167.6,
+            (49.4, -62.4),
+            ["T125"],
+        ),
+        (
+            [(0, -60), (45, -40), (60, 40)],
+            {"cruise_speed_m_s": 8.0, "yaw_rate_rad_s": SLOW_YAW},
+            186.9,
+            (49.4, -62.6),
+            ["T125"],
+        ),
+        ([(80, 20), (60, 60), (0, 120, 35)], {"cruise_speed_m_s": 8.0}, 121.0, (75.2, 24.1), []),
+        (
+            [(70, 0), (40, -30), (10, -90)],
+            {"cruise_speed_m_s": 6.0, "yaw_rate_rad_s": 1.5 * SLOW_YAW},
+            129.6,
+            (52.3, -9.6),
+            [],
+        ),
+        # It looks north already; not along the line to the place behind, but from where it stands to that.
+        ([(0, 60), (30, 62), (30, 80), (30, 80, 32)], {}, 111.4, (14.7, 69.4), []),
+        (
+            [(0, 60), (30, 62), (30, 80), (30, 80, 32)],
+            {"yaw_rate_rad_s": SLOW_YAW},
+            118.4,
+            (14.7, 69.4),
+            [],
+        ),
+        # Two metres higher: it flies on looking north, and only brakes while it turns to the place behind.
+        (
+            [(0, -60), (45, -40, 22), (60, 40, 22)],
+            {"cruise_speed_m_s": 8.0},
+            158.6,
+            (36.9, -43.6),
+            ["T125"],
+        ),
+    ],
+)
+def test_a_circle_is_left_from_where_a_vehicle_that_turns_first_stands(
+    places: list[tuple[float, ...]],
+    change: dict[str, float],
+    flown_s: float,
+    passed_m: tuple[float, float],
+    codes: list[str],
+) -> None:
+    parameters = replace(PX4, **{"yaw_mode": 4, "cruise_speed_m_s": 5.0, **change})
+    before, around, *behind = ((*one, 20.0)[:3] for one in places)
+    stages = (
+        *(takeoff(0, 0), stage(StageKind.GO, *before), circle(around, 80.0)),
+        *(stage(StageKind.GO, *one) for one in behind),
+        stage(StageKind.RETURN, 0.0, 0.0, 0.0),
+    )
+    motion = fly_px4(stages, parameters, heading_rad=0.0)
+    assert [one.code for one in motion.findings] == codes
+    lasts_s = float(motion.segments.end_s[-1])
+    assert lasts_s == pytest.approx(flown_s, rel=0.03)
+    state = motion.state_at_time(np.linspace(0.0, lasts_s, 4000))
+    off_m = np.hypot(state.east_m - passed_m[0], state.north_m - passed_m[1])
+    assert off_m.min() < (2.5 if codes else 1.0)
 
 
 def test_a_return_along_a_wide_circle_is_flown_as_the_mission_is() -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import clipped, quotient
+from planner.flight.motion.kinematics import clipped, horizontal, quotient
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
 
@@ -40,6 +40,20 @@ def ramp_time_s(
         change_m_s / acceleration_m_s2 + part * acceleration_m_s2 / jerk_m_s3,
         np.sqrt(4.0 * part * change_m_s / jerk_m_s3),
     )
+
+
+def stopped_m(
+    place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return where vehicles come to rest that are to stop at once, and the times that takes. (n, 3), (n,)
+
+    A forced velocity of zero (``PositionSmoothing::_generateSetpoints``) brakes what is horizontal.
+    """
+    braking_s = ramp_time_s(
+        horizontal(velocity_m_s), parameters.acceleration_m_s2, parameters.jerk_m_s3
+    )
+    level_m_s = velocity_m_s * (1.0, 1.0, 0.0)
+    return np.asarray(place_m + 0.5 * braking_s[:, None] * level_m_s), braking_s
 
 
 class Px4Ramps(Value, eq=False):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import horizontal, quotient
-from planner.flight.motion.px4.braking import braking_time_s, yaw_time_s
+from planner.flight.motion.px4.braking import STILL_M, braking_time_s, stopped_m, yaw_time_s
 from planner.flight.motion.px4.looking import Courses, looking_waits_s
 from planner.flight.motion.px4.moves import directions
 
@@ -67,15 +67,43 @@ def _turn_times_s(
 
 
 def pauses_s(moves: Moves, direction: FloatArray) -> FloatArray:
-    """Return the waits before moves for the heading: MPC_YAW_MODE 4 turns first. (n,) [s]"""
+    """Return the waits before moves for the heading, as planned: MPC_YAW_MODE 4 turns first. (n,) [s]"""
     parameters = moves.parameters
     if parameters.yaw_mode != _TURNS_FIRST:
         return np.zeros(len(direction))
     before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
-    along = np.arctan2(direction[:, 0], direction[:, 1])
-    wanted = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
-    flies = ((horizontal(direction) > 0.0) | ~np.isnan(moves.yaw_rad)) & ~moves.is_landing
-    return np.where(flies, _turn_times_s(before, wanted, parameters).mean(axis=0), 0.0)
+    waits, wanted = _pausing(moves, direction)
+    return np.where(waits, _turn_times_s(before, wanted, parameters).mean(axis=0), 0.0)
+
+
+def flown_pauses_s(moves: Moves, legs: Px4Legs) -> FloatArray:
+    """Return them as flown: the vehicle turns to the target from where it stands. (n,) [s]
+
+    From where it looks as it arrives; after a LOITER_TO_ALT that it stood at until it looked north, from that
+    turn.  Within the acceptance radius of its target it keeps its heading.
+    """
+    parameters, planned, limits = legs.parameters, legs.planned, legs.limits
+    if parameters.yaw_mode != _TURNS_FIRST:
+        return planned.pause_s
+    rest_m, _ = stopped_m(legs.place_m, legs.velocity_m_s, parameters)
+    way = planned.target_m - rest_m
+    is_far = planned.is_leg & (horizontal(way) > planned.radius_m)
+    way[~is_far] = 0.0
+    arrives = np.where((is_far & (limits.length_m > STILL_M))[:, None], limits.direction, way)
+    before = headings_rad(moves, arrives, parameters.yaw_mode)[:-1]
+    waits, wanted = _pausing(moves, way)
+    needed = _turn_times_s(before, wanted, parameters).mean(axis=0)
+    stood = planned.stands & np.isfinite(before)
+    turns_on = np.append(False, stood[:-1]) & ~moves.is_first
+    turned_s = np.maximum(_turned_on_s(before, wanted, parameters), 0.0)
+    return np.where(waits, np.where(turns_on, turned_s, needed), 0.0)
+
+
+def _pausing(moves: Moves, way: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """Return which moves may wait for their heading, and that, by the ways to where they look. [rad]"""
+    along, asked = np.arctan2(way[:, 0], way[:, 1]), ~np.isnan(moves.yaw_rad)
+    waits = ((horizontal(way) > 0.0) | asked) & ~moves.is_landing
+    return waits, np.where(asked, moves.yaw_rad, along)
 
 
 def yaw_waits_s(moves: Moves, legs: Px4Legs) -> FloatArray:

@@ -21,6 +21,7 @@ from planner.flight.motion.px4.braking import (
     Px4Ramps,
     allowed_speed_m_s,
     ramp_time_s,
+    stopped_m,
     turning_back,
     vertical_limits,
 )
@@ -58,18 +59,14 @@ _GROWTH_ROUNDS = 2
 
 def leg_entries(begun: LegStarts) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
-    parameters = begun.parameters
     turns, part = corner_turns(begun), begun.planned
     idle, pausing = part.is_takeoff | ~part.is_leg, part.pause_s > 0.0
     still = rows_of(idle | pausing)
     if len(still):
-        place, velocity = begun.place_m[still], begun.velocity_m_s[still]
-        braking_s = ramp_time_s(
-            horizontal(velocity), parameters.acceleration_m_s2, parameters.jerk_m_s3
-        )
+        place = begun.place_m[still]
+        rest_m, braking_s = stopped_m(place, begun.velocity_m_s[still], begun.parameters)
         braking_s = np.where(idle[still], 0.0, braking_s)
-        stopped = place + 0.5 * braking_s[:, None] * velocity * (1.0, 1.0, 0.0)
-        turns.end_m[still] = np.where(idle[still, None], place, stopped)
+        turns.end_m[still] = np.where(idle[still, None], place, rest_m)
         waited_s = np.where(idle[still], 0.0, part.pause_s[still])
         turns.duration_s[still] = np.maximum(waited_s, braking_s)
         turns.speed_m_s[still] = turns.acceleration_m_s2[still] = 0.0

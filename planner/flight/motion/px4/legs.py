@@ -22,7 +22,7 @@ from planner.flight.motion.px4.braking import (
     corner_speed_m_s,
     vertical_limits,
 )
-from planner.flight.motion.px4.headings import pauses_s, yaw_waits_s
+from planner.flight.motion.px4.headings import flown_pauses_s, pauses_s, yaw_waits_s
 from planner.flight.motion.px4.joins import (
     cut_short,
     ease_turns,
@@ -178,6 +178,8 @@ class PlannedLegs(Columns, eq=False):
     is_wait: BoolArray
     """Nothing but a wait."""
     circles: BoolArray
+    stands: BoolArray
+    """Circles once it has waited for its heading at rest (MPC_YAW_MODE 4)."""
     leaves_circle: BoolArray
     """Follows one that circles; a return begins anew."""
     swings: BoolArray
@@ -192,8 +194,11 @@ class PlannedLegs(Columns, eq=False):
     """Of the moves that are take-offs; of no meaning for others."""
 
 
-def plan_legs(moves: Moves) -> PlannedLegs:
-    """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
+def plan_legs(moves: Moves, pause_s: FloatArray | None = None) -> PlannedLegs:
+    """Return moves planned between their waypoints: corner speeds, waits for headings, order.
+
+    Those before moves, where they are known from a flight.
+    """
     begins = moves.beginnings_m()
     direction, tail = _aims(moves, begins)
     ends = _flown_to_m(moves, direction, tail)
@@ -216,7 +221,9 @@ def plan_legs(moves: Moves) -> PlannedLegs:
     is_afar = moves.circles & (horizontal(moves.target_m - begins) > afar_m)
     is_wait = reached & ((moves.hold_s > 0.0) | is_afar)
     final_level, final_upright = final_speeds_m_s(moves, direction)
-    turned = np.where((reached & ~(moves.hold_s > 0.0))[:, None], 0.0, direction)
+    if pause_s is None:
+        turned = np.where((reached & ~(moves.hold_s > 0.0))[:, None], 0.0, direction)
+        pause_s = pauses_s(moves, turned)
     swings = moves.looks & is_leg & (moves.hold_s > _SWINGS_S) & (final_level > 0.0)
     return PlannedLegs(
         parameters=moves.parameters,
@@ -233,10 +240,11 @@ def plan_legs(moves: Moves) -> PlannedLegs:
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
         before_m_s=np.append(0.0, final_level[:-1]),
-        pause_s=pauses_s(moves, turned),
+        pause_s=pause_s,
         is_leg=is_leg,
         is_wait=is_wait,
         circles=moves.circles,
+        stands=moves.circles & is_wait & (moves.hold_s > 0.0) & (pause_s > 0.0),
         leaves_circle=_of_those_before(moves.circles) & ~moves.is_first & ~moves.is_return,
         swings=swings,
         back_m_s=_back_m_s(moves, direction, swings),
@@ -377,6 +385,8 @@ class Px4Legs(LegStarts, eq=False):
 
 _LOOKING_ROUNDS = 4
 """Rounds of flights that wait to look at a region of interest: they see it from where they wait."""
+_SAME_PAUSE_S = 0.01
+"""Difference of waits before moves that is none. [s]"""
 
 
 def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
@@ -390,16 +400,20 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     flight = moves.is_first.cumsum()
     for _ in range(_LOOKING_ROUNDS if moves.looks.any() else 2):
         hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
-        waiting = flight[hold_s != legs.planned.hold_s]
+        pause_s = flown_pauses_s(moves, legs)
+        is_other = hold_s != legs.planned.hold_s
+        is_other |= np.abs(pause_s - legs.planned.pause_s) > _SAME_PAUSE_S
+        waiting = flight[is_other]
         if not len(waiting):
             break
         again = (np.bincount(waiting, minlength=int(flight[-1]) + 1) > 0)[flight]
-        legs.put(again, _fly_moves(replace(moves, hold_s=hold_s).select(again)))
+        held = replace(moves, hold_s=hold_s).select(again)
+        legs.put(again, _fly_moves(held, pause_s[again]))
     return legs
 
 
-def _fly_moves(moves: Moves) -> Px4Legs:
-    """Return how moves, at least one, are flown.
+def _fly_moves(moves: Moves, pause_s: FloatArray | None = None) -> Px4Legs:
+    """Return how moves, at least one, are flown, with their waits before moves where these are known.
 
     Notes
     -----
@@ -407,7 +421,7 @@ def _fly_moves(moves: Moves) -> Px4Legs:
     too short for the speed allowed at their end change those.  So all are flown at once, then those
     after a change again, until nothing changes.  A landing ends where it does, however it is begun.
     """
-    planned = plan_legs(moves)
+    planned = plan_legs(moves, pause_s)
     rows, is_landing = np.arange(len(moves.item)), moves.is_landing
     first = np.maximum.accumulate(np.where(moves.is_first, rows, 0))
     # A flight of its own may begin with moves that are reached at once.

@@ -25,6 +25,8 @@ _KNOT_S = 0.2
 _CLAMPED_M_S = 0.5
 """Below it an axis is limited alone (``clampToXYNorm``, ``clampToZNorm``). [m s⁻¹]"""
 _ZERO = 1e-7
+_AT_REST = 1e-3
+"""Speed [m s⁻¹] and acceleration [m s⁻²] that are none."""
 _STEPPED = 1024
 """Legs remembered: a flight is planned in several rounds."""
 
@@ -71,12 +73,15 @@ class SteppedLeg(NamedTuple):
     back_m_s: float | None = None
     """Horizontal speed at the target once it is behind, flown to straight (``State::target_behind``); None:
     the line to it is kept."""
+    waits_s: float = 0.0
+    """How long its velocity is forced to zero first: MPC_YAW_MODE 4 waits for its heading
+    (``_yaw_sp_aligned``). [s]"""
 
     @property
     def longest_s(self) -> float:
         """Time after which it is given up. [s]"""
         if self.hold_s is None:
-            return LONGEST_S
+            return LONGEST_S + self.waits_s
         east, north, up = self.place_m
         way_s = math.hypot(east, north) / self.level.speed_m_s
         rise_s = abs(up) / min(self.up.speed_m_s, self.down.speed_m_s)
@@ -118,16 +123,15 @@ def stepped(swing: SteppedLeg) -> Swung:
     turned, astray_m, reached, knots, gained = 0, 0.0, -1, [], (0.0, 0.0)
     period_s = swing.period_s
     kept = round(_KNOT_S / period_s)
-    longest_s = swing.longest_s
+    waits, longest_s = round(swing.waits_s / period_s), swing.longest_s
     while steps * period_s < longest_s:
         place, velocity = _state(axes)
-        to_go = _minus(place)
-        left_m, speed = math.hypot(*to_go[:2]), math.hypot(*velocity[:2])
         astray_m = max(astray_m, -side * _across(line, _less(place, swing.begins_m)))
-        is_new = reached < 0 and left_m <= swing.reach_m and abs(to_go[2]) <= swing.band_m
+        is_new = reached < 0 and math.hypot(*place[:2]) <= swing.reach_m
+        is_new = is_new and abs(place[2]) <= swing.band_m
         if is_new:
             reached = steps
-        if is_new or steps % kept == 0:
+        if is_new or steps % kept == 0 or steps == waits:
             knots.append((steps, place, velocity))
         if swing.hold_s is None:
             gained, before = _gained_m_s2(axes, velocity), gained
@@ -135,22 +139,13 @@ def stepped(swing: SteppedLeg) -> Swung:
                 break
         elif reached >= 0 and (steps - reached) * period_s >= swing.hold_s:
             break
-        place, velocity = _later(axes, swing.judged_s)
-        to_go = _minus(place)
-        left_m, speed = math.hypot(*to_go[:2]), math.hypot(*velocity[:2])
-        vertical = swing.up if is_upward else swing.down
-        is_past = swing.back_m_s is not None and line[0] * to_go[0] + line[1] * to_go[1] < 0.0
-        final_m_s = swing.back_m_s if swing.back_m_s is not None and is_past else swing.final_m_s[0]
-        level_m_s = _allowed_m_s(swing.level, swing.jerk_m_s3, left_m, final_m_s)
-        upright_m_s = _allowed_m_s(vertical, swing.jerk_m_s3, abs(to_go[2]), swing.final_m_s[1])
-        ahead = (velocity[0] * to_go[0] + velocity[1] * to_go[1]) / (speed * left_m + _ZERO)
-        if speed > SLOWEST_TURN_M_S and ahead < ALIGNED_COS and left_m > swing.radius_m:
-            level_m_s = min(held_m_s, level_m_s)
-            to_go = to_go if is_past else _less(_steered_m(swing, line, place), place)
-            turned = steps
-        else:
-            held_m_s = level_m_s
-        wanted = _clamped_m_s(_unit(to_go), level_m_s, upright_m_s)
+        if steps < waits:
+            still = steps % kept == 0 and not any(axis.v or axis.a for axis in axes)
+            steps = turned = waits if still else steps + _brake(axes, swing)
+            continue
+        judged = _later(axes, swing.judged_s)
+        wanted, held_m_s, is_turning = _wanted(swing, line, judged, held_m_s, is_upward=is_upward)
+        turned = steps if is_turning else turned
         is_upward = wanted[2] > 0.0
         _advance(axes, wanted, swing, swing.up if is_upward else swing.down)
         steps += 1
@@ -167,6 +162,46 @@ def stepped(swing: SteppedLeg) -> Swung:
         acceleration_m_s2=(east.a, north.a, height.a),
         astray_m=astray_m,
     )
+
+
+def _wanted(
+    swing: SteppedLeg,
+    line: Vector,
+    state: tuple[Vector, Vector],
+    held_m_s: float,
+    *,
+    is_upward: bool,
+) -> tuple[Vector, float, bool]:
+    """Return the velocity wanted at a place, the speed then held in turns, and whether it turns.
+
+    As ``PositionSmoothing::_generateVelocitySetpoint`` does.
+    """
+    place, velocity = state
+    to_go = _minus(place)
+    left_m, speed = math.hypot(*to_go[:2]), math.hypot(*velocity[:2])
+    vertical = swing.up if is_upward else swing.down
+    is_past = swing.back_m_s is not None and line[0] * to_go[0] + line[1] * to_go[1] < 0.0
+    final_m_s = swing.back_m_s if swing.back_m_s is not None and is_past else swing.final_m_s[0]
+    level_m_s = _allowed_m_s(swing.level, swing.jerk_m_s3, left_m, final_m_s)
+    upright_m_s = _allowed_m_s(vertical, swing.jerk_m_s3, abs(to_go[2]), swing.final_m_s[1])
+    ahead = (velocity[0] * to_go[0] + velocity[1] * to_go[1]) / (speed * left_m + _ZERO)
+    is_turning = speed > SLOWEST_TURN_M_S and ahead < ALIGNED_COS and left_m > swing.radius_m
+    if is_turning:
+        level_m_s = min(held_m_s, level_m_s)
+        to_go = to_go if is_past else _less(_steered_m(swing, line, place), place)
+    else:
+        held_m_s = level_m_s
+    return _clamped_m_s(_unit(to_go), level_m_s, upright_m_s), held_m_s, is_turning
+
+
+def _brake(axes: tuple[_Axis, ...], swing: SteppedLeg) -> int:
+    """Brake for a step, which is returned; what is next to nothing is none."""
+    if any(axis.v or axis.a for axis in axes):
+        _advance(axes, (0.0, 0.0, 0.0), swing, swing.up if axes[2].v < 0.0 else swing.down)
+    for axis in axes:
+        if abs(axis.v) + abs(axis.a) < _AT_REST:
+            axis.v = axis.a = 0.0
+    return 1
 
 
 def _gained_m_s2(axes: tuple[_Axis, ...], velocity_m_s: Vector) -> tuple[float, float]:

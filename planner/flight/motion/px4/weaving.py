@@ -45,6 +45,8 @@ _SLOW = (0.0, 2.0)
 """The same of a vehicle that has hardly begun to move: PX4's navigator went on sooner or later."""
 _BY_CHANCE_S = 3.0
 """Difference of the times of those, from which how a turn ends is a matter of chance. [s]"""
+_TWO_WAYS_S = 1.0
+"""The same from which one is by the line and one straight: more than 3 % of the speed change. [s]"""
 _TOO_FAR = 1.5
 """Way across a leg, in the distance steered for, from which it is not just overshot."""
 _AT_REST_BESIDE_M = 1.0
@@ -72,11 +74,11 @@ WEAVES = Rule(
     "off than max(r, 5 m), at the speed it has (PositionSmoothing::_getL1Point), and shoots across where it "
     "cannot turn within that: flown at 8 m/s, from 20 m before a turn of 45° to a place with 2 m, it weaved "
     "18 m to either side, for 85 s longer and 600 m of way for 187 m.",
-    how="The turn, which a wait for the heading begins at rest (MPC_YAW_MODE 4), is stepped as PX4 steps its "
+    how="The turn, with the wait for the heading before it (MPC_YAW_MODE 4), is stepped as PX4 steps its "
     "trajectory: an error where it gets farther across the leg than "
-    "half as much again as the distance steered for, or where 3 % of the speed, or from rest half a "
+    "half as much again as the distance steered for, or where 3 % of the speed, or after a wait half a "
     "metre of its place, change its time by more than 3 s; a warning where a tenth of a second does so "
-    "that a LOITER_TO_ALT reached at once is flown.",
+    "that a LOITER_TO_ALT reached at once is flown, or where after a wait they change it by more than 1 s.",
     fix="give the place flown to as large a radius, or the one before a smaller one, or fly slower; give a "
     "LOITER_TO_ALT a small radius (parameter 2), or another height than the vehicle has",
 )
@@ -155,9 +157,11 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
     planned = begun.planned
     weaves = Weaves.none(len(turns.duration_s))
     astray = planned.swings | planned.circles | planned.leaves_circle | planned.leaves_swing
-    if not (astray.any() or (horizontal(begun.velocity_m_s) > SLOWEST_TURN_M_S).any()):
+    astray |= horizontal(begun.velocity_m_s) > SLOWEST_TURN_M_S
+    if not (astray | (planned.pause_s > 0.0)).any():
         return weaves  # nothing is turned
     flies = (planned.is_leg | planned.is_wait) & ~planned.is_takeoff & (planned.pause_s == 0.0)
+    _stand(begun, weaves, turns)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
     swings = planned.swings & (lengths(planned.target_m - begun.place_m) < _FARTHEST_M)
     for row in rows_of(flies & (swings | _circles(begun, l1))).tolist():
@@ -203,7 +207,7 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
 
 
 def _step_paused(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
-    """Step legs that are begun at rest beside them, where a heading has been waited for.
+    """Step legs that are begun beside them where a heading is waited for, and what is far from its circle.
 
     Whether from rest a leg is flown straight or by its line hangs on the course of the first 0.2 m/s: both
     horizontal axes begin with all the jerk there is, at 45° to them (``VelocitySmoothing``), and the line is
@@ -216,47 +220,52 @@ def _step_paused(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
         return
     there = begun.at_rest(turns.end_m)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
-    beside_m = _beside_m(there)
-    off_m = np.where(beside_m > l1, _STOPS_OFF_M, 0.0) * planned.is_from_ground
-    for row in rows_of(pausing & (beside_m > _AT_REST_BESIDE_M)).tolist():
-        swing = _swing(there, row)
-        offs_m = (0.0, off_m[row], -off_m[row]) if off_m[row] else (0.0,)
-        east, north, upward = swing.place_m
-        several = [
-            stepped(swing._replace(place_m=(round(east + by_m, _DIGITS), north, upward)))
-            for by_m in offs_m
-        ]
+    circles, beside_m = _circles(there, l1), _beside_m(there)
+    for row in rows_of(pausing & (circles | (beside_m > _AT_REST_BESIDE_M))).tolist():
+        hold_s = max(float(planned.hold_s[row]), _NAVIGATED_S) if circles[row] else None
+        is_tried = planned.is_from_ground[row] and beside_m[row] > l1[row] and not circles[row]
+        several = [stepped(one) for one in _paused(begun, row, hold_s, is_tried=is_tried)]
         arrivals_s = [_arrives_s(planned, row, one.reached_s, -one.place_m[-1]) for one in several]
-        is_chance = max(arrivals_s) - min(arrivals_s) > _BY_CHANCE_S
-        swung = several[int(np.argmax(arrivals_s)) if is_chance else 0]
-        if is_chance or swung.astray_m > _TOO_FAR * l1[row]:
+        differ_s = max(arrivals_s) - min(arrivals_s)
+        swung = several[int(np.argmax(arrivals_s)) if differ_s > _TWO_WAYS_S else 0]
+        if differ_s > _BY_CHANCE_S or swung.astray_m > _TOO_FAR * l1[row]:
             weaves.astray_m[row] = max(one.astray_m for one in several)
-        paused = _after_pause(begun, row, swung, turns, planned.target_m[row])
-        weaves.step(row, paused, planned.target_m[row], turns)
+        else:
+            weaves.is_open[row] = differ_s > _TWO_WAYS_S and planned.leaves_circle[row]
+        weaves.step(row, swung, planned.target_m[row], turns)
+        weaves.is_held[row] = circles[row]
 
 
-def _after_pause(
-    begun: LegStarts, row: int, swung: Swung, turns: Turns, target_m: FloatArray
-) -> Swung:
-    """Return what is stepped from rest with the braking before it, and the wait."""
-    parameters, whole_s = begun.parameters, float(turns.duration_s[row])
-    braking_s = float(
-        ramp_time_s(
-            horizontal(begun.velocity_m_s[row]), parameters.acceleration_m_s2, parameters.jerk_m_s3
-        )
-    )
-    rest_m, none = swung.place_m[:1], np.zeros((1, 3))
-    before_s = [0.0, braking_s] if braking_s > 0.0 else [0.0]
-    places = [begun.place_m[row][None] - target_m, rest_m][-len(before_s) :]
-    speeds = [begun.velocity_m_s[row][None] * (1.0, 1.0, 0.0), none][-len(before_s) :]
-    is_later = whole_s > braking_s
-    return replace(
-        swung,
-        reached_s=whole_s + swung.reached_s,
-        time_s=np.concatenate((before_s, whole_s + swung.time_s[0 if is_later else 1 :])),
-        place_m=np.concatenate((*places, swung.place_m[0 if is_later else 1 :])),
-        velocity_m_s=np.concatenate((*speeds, swung.velocity_m_s[0 if is_later else 1 :])),
-    )
+def _paused(
+    begun: LegStarts, row: int, hold_s: float | None, *, is_tried: bool
+) -> Iterator[SteppedLeg]:
+    """Yield what a leg is stepped by that begins with a wait, and where it is tried from what is similar."""
+    waits_s = round(float(begun.planned.pause_s[row]), _DIGITS)
+    swing = _swing(begun, row, hold_s=hold_s)._replace(waits_s=waits_s)
+    yield swing
+    if not is_tried:
+        return
+    east, north, upward = swing.place_m
+    for by_m in (_STOPS_OFF_M, -_STOPS_OFF_M):
+        yield swing._replace(place_m=(round(east + by_m, _DIGITS), north, upward))
+        yield swing._replace(place_m=(east, round(north + by_m, _DIGITS), upward))
+    for factor in _SIMILAR:
+        similar = _swing(begun, row, factor)
+        speed_m_s = round(factor * swing.level.speed_m_s, _DIGITS)
+        yield similar._replace(waits_s=waits_s, level=swing.level._replace(speed_m_s=speed_m_s))
+
+
+def _stand(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
+    """Step vehicles that stand at a LOITER_TO_ALT, far from its centre, until they look north.
+
+    The navigator goes on a little after that, in which time the centre is flown to.
+    """
+    planned = begun.planned
+    for row in rows_of(planned.stands).tolist():
+        waits_s = float(planned.hold_s[row])
+        swing = _swing(begun, row, hold_s=waits_s + _NAVIGATED_S)._replace(waits_s=waits_s)
+        weaves.step(row, stepped(swing), planned.target_m[row], turns)
+        weaves.is_held[row] = True
 
 
 def _arrives_s(planned: PlannedLegs, row: int, turn_s: float, way_m: FloatArray) -> float:
