@@ -189,7 +189,7 @@ def test_a_circle_is_left_from_where_a_vehicle_that_turns_first_stands(
     codes: list[str],
 ) -> None:
     parameters = replace(PX4, **{"yaw_mode": 4, "cruise_speed_m_s": 5.0, **change})
-    before, around, *behind = ((*one, 20.0)[:3] for one in places)
+    before, around, *behind = ((one[0], one[1], (*one, 20.0)[2]) for one in places)
     stages = (
         *(takeoff(0, 0), stage(StageKind.GO, *before), circle(around, 80.0)),
         *(stage(StageKind.GO, *one) for one in behind),
