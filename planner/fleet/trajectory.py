@@ -215,7 +215,8 @@ def make_trajectory(
     lost_s : ndarray, optional
         How much longer each may last besides, at most; default none does. (s,) [s]
     beside_m : ndarray, optional
-        How far beside them the vehicle may be, at most; default not at all. (s,) [m]
+        How far beside them the vehicle may be, at most, beside what its motion tells; default not at all.
+        (s,) [m]
     pace : Pace, optional
         That of the flight.
     """
@@ -261,6 +262,8 @@ def make_trajectory(
     if lost_s is not None and lost_s.any():
         own_late_s = own_late_s + _lost_by_s(motion, segment, start_s, end_s, lost_s)
     own_beside_m = np.zeros(len(segment)) if beside_m is None else beside_m[segment]
+    if motion.beside is not None:
+        own_beside_m = own_beside_m + motion.beside.greatest_m(start_s, end_s)
     return Trajectory(
         start_s=np.concatenate(([-AT_REST_S], start_s, [duration_s])),
         end_s=np.concatenate(([0.0], end_s, [duration_s + AT_REST_S])),

@@ -296,13 +296,14 @@ def late_text(*sides: tuple[Member, float]) -> str:
 
 
 def _beside_text(*sides: tuple[Member, float]) -> str:
-    """Return whose circle the wind may widen at its time, and by how much, in words; empty: none."""
+    """Return who may be beside its path at its time, and by how much, in words; empty: none."""
     off_m = {
         one.file: float(one.trajectory.grown_m[one.trajectory.part_at(np.array([time_s]))][0])
         for one, time_s in sides
     }
     return "".join(
-        f"; {file} may be up to {quantity.height(away_m)} beside its circle in this wind (W105)"
+        f"; {file} may be up to {quantity.height(away_m)} beside its path there: "
+        "the wind widens its circle (W105), or it lags behind its spline"
         for file, away_m in off_m.items()
         if away_m
     )

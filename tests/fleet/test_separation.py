@@ -126,5 +126,6 @@ def test_a_circle_that_the_wind_widens_is_so_much_nearer_to_others(
         found = [f.message for f in one.findings if f.code == "S101"]
         assert bool(found) is is_too_near
         assert all(
-            "may be up to 15 m beside its circle in this wind (W105)" in each for each in found
+            "may be up to 15 m beside its path there: the wind widens its circle (W105)" in each
+            for each in found
         )

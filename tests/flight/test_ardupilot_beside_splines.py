@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from fenced_missions import at, box, findings_of
-from made_missions import item, mission, rtl, speed
+from made_missions import HOME, item, mission, rtl, speed
 from made_missions import takeoff as takeoff_to
 
 from planner.autopilot import Autopilot
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.path import flown_path
 from planner.mission.route.route import make_route
+from planner.values import replace
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 LIMIT_M_S = 10.24
@@ -66,6 +67,26 @@ def test_a_fence_beside_a_spline_is_breached_as_flown() -> None:
     area = box(-60.0, -100.0, -20.0, -80.0, inclusion=False)
     found = findings_of(SPLINES, area, autopilot=Autopilot.ARDUPILOT, parameters=LATE)
     assert "F101" not in found
+
+
+@pytest.mark.parametrize(("separation_m", "is_too_near"), [(9.0, True), (5.0, False)])
+def test_another_vehicle_beside_a_spline_is_as_near_as_flown(
+    separation_m: float, *, is_too_near: bool
+) -> None:
+    # Flown at 8.0 m from it; the curve ends 10.9 m from it.
+    from planner.service.preflight import check
+    from planner.service.separation import check_together
+    from planner.vehicle.library import load_vehicle
+    from planner.vehicle.parameters.files import parameters_from_text
+
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    given = parameters_from_text(LATE.encode(), source="p.param")
+    there = at(-36.7, -83.0, command=19, params=(400.0, 0.0, 0.0, 0.0))
+    home = replace(HOME, latitude_deg=there.latitude_deg, longitude_deg=there.longitude_deg)
+    hovers = replace(mission(takeoff_to(20), there, rtl()), home=home)
+    results = [check(one, vehicle, parameters=given) for one in (mission(*SPLINES), hovers)]
+    for one in check_together(results, separation_m=separation_m, starts_s=(100.0, 0.0)):
+        assert ("S101" in {f.code for f in one.findings}) is is_too_near
 
 
 def test_a_spline_ends_towards_the_end_of_a_leg_on_which_the_speed_changes() -> None:

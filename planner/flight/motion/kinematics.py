@@ -277,6 +277,13 @@ class Beside(Value, eq=False):
             [np.interp(time_s, self.time_s, way_m, 0.0, 0.0) for way_m in self.east_north_m.T]
         )
 
+    def greatest_m(self, begin_s: FloatArray, end_s: FloatArray) -> FloatArray:
+        """Return how far the vehicle is beside, at most, in spans that follow each other. (n,) [m]"""
+        away_m = np.maximum(np.hypot(*self.at(begin_s)), np.hypot(*self.at(end_s)))
+        span = np.searchsorted(end_s, self.time_s).clip(max=len(end_s) - 1)
+        np.maximum.at(away_m, span, np.hypot(*self.east_north_m.T))
+        return np.asarray(away_m)
+
     def moved(self, from_s: FloatArray, to_s: FloatArray) -> Beside:
         """Return the same where what ended at times (n,) ends at others (n,)."""
         return Beside(
