@@ -154,8 +154,8 @@ FENCE_IN_PART = Rule(
     summary="The file has no home: the fence is not checked on the way from there and back.",
     why="A circle of the parameters lies about home, the flight begins there and returns lead there; none of "
     "them is where the file says nothing.",
-    how="No planned home, and areas in the fence or a greatest distance from home in the parameters.  Limits "
-    "of height above home are checked.",
+    how="No planned home, and areas in the fence or a greatest distance from home in the parameters; limits "
+    "of height above home where items have AMSL altitudes and --home-amsl is not given.",
     fix="save the mission with its planned home",
     instead="a mission with its home",
 )
@@ -243,8 +243,18 @@ def _switched_on(a: Assessment, _limits: FenceLimits) -> Iterator[NotEvaluated]:
     FENCE_IN_PART,
     needs=(FENCE,),
 )
-def _fenced_flight(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
+def _fenced_flight(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
     yield from flight_in_fence(a)
+    is_high_above_home = a.route.amsl_items and a.setup.home_amsl_m is None
+    is_limited = (limits.ceiling_m, limits.floor_m) != (None, None)
+    if a.mission.home is None and is_high_above_home and is_limited:
+        yield a.finding(
+            FENCE_IN_PART,
+            "no home in the file: how high above it items with AMSL altitudes are is not checked against the "
+            "fence",
+            item=a.route.amsl_items[0],
+            fix="save the mission with its planned home, or give --home-amsl",
+        )
 
 
 def flight_in_fence(a: Assessment) -> Iterator[Finding]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import slope
+from made_terrain import ground, slope
 from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner import quantity
@@ -172,6 +172,20 @@ def test_ground_that_falls_away_about_an_unknown_home_is_an_error(
 def test_a_fence_about_an_unknown_home_is_an_error(parameters: str, *, is_error: bool) -> None:
     one = replace(mission(takeoff(20), waypoint(100, 20), rtl()), home=None)
     told = found(one, ARDUPILOT, parameters)
+    assert [f.severity for f in told if f.code == "F109"] == [Severity.ERROR] * is_error
+
+
+@pytest.mark.parametrize(
+    ("home_amsl_m", "frame", "is_error"), [(None, 0, True), (400.0, 0, False), (None, 3, False)]
+)
+def test_a_ceiling_above_an_unknown_home_is_an_error_for_amsl_items(
+    home_amsl_m: float | None, frame: int, *, is_error: bool
+) -> None:
+    height_m = 420.0 if frame == 0 else 20.0
+    there = item(16, north(100), height_m, frame=frame)
+    one = replace(mission(takeoff(20), there, rtl()), home=None)
+    ceiling = "FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,100\n"
+    told = found(one, ARDUPILOT, ceiling, terrain=ground(0.0), home_amsl_m=home_amsl_m)
     assert [f.severity for f in told if f.code == "F109"] == [Severity.ERROR] * is_error
 
 

@@ -227,7 +227,7 @@ class TrackLag(NamedTuple):
         alike: dict[bytes, int] = {}
         rows = map(bytes, np.round(columns.T[led], _ALIKE_PLACES))
         place = [alike.setdefault(row, len(alike)) for row in rows]
-        corners = _Corners.of(np.array([np.frombuffer(row) for row in alike]).T)
+        corners = _LedCorners.of(np.array([np.frombuffer(row) for row in alike]).T)
         lost[led] = corners.lost_s(self)[place]
         return lost
 
@@ -402,7 +402,7 @@ def _times(
         yield step, begin_s + number * step
 
 
-class _Corners(NamedTuple):
+class _LedCorners(NamedTuple):
     """Corners that vehicles are followed through, seen from above."""
 
     come: FloatArray
@@ -417,7 +417,7 @@ class _Corners(NamedTuple):
     """Of the legs before and after. (2, n)"""
 
     @classmethod
-    def of(cls, columns: FloatArray) -> _Corners:
+    def of(cls, columns: FloatArray) -> _LedCorners:
         """Return corners by what tells them apart. (18, n)"""
         come, along, left, cosine, half_s, cruise_s = columns[:6]
         both = columns[6:].reshape(-1, 2, columns.shape[1])
