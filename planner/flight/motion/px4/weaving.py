@@ -55,6 +55,8 @@ _STOPS_OFF_M = 0.5
 """By which a vehicle stops elsewhere: flown 0.5 m from where it was predicted. [m]"""
 _DIGITS = 3
 """Of places and speeds stepped from."""
+_TRIED_DIGITS = 1
+"""The same of what is tried besides, which is no more exact."""
 _NAVIGATED_S = 0.1
 """Time for which a LOITER_TO_ALT is flown that is reached at once: two runs of PX4's navigator. [s]"""
 _COARSE_S = 0.1
@@ -245,14 +247,31 @@ def _paused(
     yield swing
     if not is_tried:
         return
-    east, north, upward = swing.place_m
+    near, level = _near(swing), swing.level
+    east, north, upward = near.place_m
     for by_m in (_STOPS_OFF_M, -_STOPS_OFF_M):
-        yield swing._replace(place_m=(round(east + by_m, _DIGITS), north, upward))
-        yield swing._replace(place_m=(east, round(north + by_m, _DIGITS), upward))
+        yield near._replace(place_m=(east + by_m, north, upward))
+        yield near._replace(place_m=(east, north + by_m, upward))
     for factor in _SIMILAR:
-        similar = _swing(begun, row, factor)
-        speed_m_s = round(factor * swing.level.speed_m_s, _DIGITS)
-        yield similar._replace(waits_s=waits_s, level=swing.level._replace(speed_m_s=speed_m_s))
+        speed_m_s = round(factor * level.speed_m_s, _DIGITS)
+        similar = _swing(begun, row, factor)._replace(waits_s=waits_s)
+        yield _near(similar)._replace(level=level._replace(speed_m_s=speed_m_s))
+
+
+def _near(swing: SteppedLeg) -> SteppedLeg:
+    """Return a leg begun near by, which is the same in each round of a flight."""
+    place, velocity, acceleration = (
+        _vector(np.array(row), _TRIED_DIGITS)
+        for row in (swing.place_m, swing.velocity_m_s, swing.acceleration_m_s2)
+    )
+    return swing._replace(
+        place_m=place,
+        velocity_m_s=velocity,
+        acceleration_m_s2=acceleration,
+        held_m_s=round(swing.held_m_s, _TRIED_DIGITS),
+        reach_m=round(swing.reach_m, _TRIED_DIGITS),
+        waits_s=round(swing.waits_s, _TRIED_DIGITS),
+    )
 
 
 def _stand(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
@@ -380,8 +399,8 @@ def _braking(begun: LegStarts, row: int, swing: SteppedLeg) -> SteppedLeg:
     )
 
 
-def _vector(row: FloatArray) -> Vector:
-    east, north, upward = np.round(row, _DIGITS).tolist()
+def _vector(row: FloatArray, digits: int = _DIGITS) -> Vector:
+    east, north, upward = np.round(row, digits).tolist()
     return east, north, upward
 
 
