@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import pytest
 from fenced_missions import VEHICLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
+from made_missions import HOME, item, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -919,3 +920,33 @@ def test_the_last_climb_is_at_the_speed_that_arducopter_has_then(
 ) -> None:
     found = make_route(mission(*items), dialect=ARDUPILOT, habits=VehicleHabits())
     assert found.stages[-1].climb_speed_m_s == climb_m_s
+
+
+@pytest.mark.parametrize(("seconds", "slower_m_s"), [(2.0, 5.0), (4.0, 8.0), (3.0, 9.0)])
+def test_a_leg_behind_a_spline_speeds_up_by_the_whole_of_it_though_its_speed_changes_on_the_way(
+    seconds: float, slower_m_s: float
+) -> None:
+    # 80 m behind a spline that turns back: flown to 10.1 m/s in all three cases, and held to the end; the leg
+    # of 4 s from "Reached command" to the next in 10.95 s.
+    def corner(north_m: float, east_m: float, command: int) -> MissionItem:
+        east_deg = (north(east_m) - north(0.0)) / math.cos(math.radians(north(0.0)))
+        return item(command, north(north_m), 20.0, longitude_deg=HOME.longitude_deg + east_deg)
+
+    result = check(
+        mission(
+            takeoff(20.0),
+            waypoint(40.0, 20.0),
+            corner(60.0, 25.0, 82),
+            corner(40.0, 50.0, 82),
+            delay(seconds),
+            speed(slower_m_s),
+            corner(-40.0, 50.0, 16),
+            rtl(),
+        ),
+        load_vehicle(VEHICLES[ARDUPILOT]),
+        battery=Battery(capacity_wh=500.0),
+        parameters=parameters_from_text(b"ATC_INPUT_TC,0.35\nWPNAV_JERK,12\n", source="p.param"),
+    )
+    (told,) = (one.message for one in result.findings if one.code == "E126")
+    assert ", to the end, up to 10.0 m/s where " in told
+    assert arrival_s(result, 7) - arrival_s(result, 4) == pytest.approx(10.95, abs=0.6)

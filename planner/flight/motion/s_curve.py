@@ -393,6 +393,18 @@ def peak_speed_from_start_m_s(
     )
 
 
+def speed_after_m_s(
+    length_m: FloatArray, start_m_s: FloatArray, speed_m_s: FloatArray, limits: SpeedLimits
+) -> FloatArray:
+    """Return the highest speeds reached at the ends of lines begun in motion."""
+    start = np.minimum(start_m_s, speed_m_s)
+    return _highest(
+        lambda end: 0.5 * (start + end) * speed_ramps(end - start, limits).duration_s - length_m,
+        start,
+        speed_m_s,
+    )
+
+
 def _peak_between(
     length_m: FloatArray,
     start_m_s: FloatArray,

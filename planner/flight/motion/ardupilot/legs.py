@@ -25,6 +25,7 @@ from planner.flight.motion.s_curve import (
     peak_speed_from_rest_m_s,
     peak_speed_from_start_m_s,
     s_curves,
+    speed_after_m_s,
     speed_ramps,
 )
 from planner.mission.route.stage import StageKind
@@ -380,15 +381,17 @@ def plan_legs(
     rows = _corner_rows(stages, key, leads)
     limits = _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration)
     start_m_s, end_m_s = _speeds_of_splines(stages, splines, key, leads)
+    under, rows = _parted(stages, stage, rows)
     if splines is not None:
         speed = np.where(
             (start_m_s > 0.0) | (end_m_s > 0.0),
-            peak_speed_from_start_m_s(length, start_m_s, speed, limits),
+            peak_speed_from_start_m_s(_whole_m(length, under), start_m_s, speed, limits),
             speed,
         )
-    under, rows = _parted(stages, stage, rows)
     if len(under):
-        start_m_s[under + 1] = end_m_s[under] = _speeds_under_way(speed, length, limits, under)
+        start_m_s[under + 1] = end_m_s[under] = _speeds_under_way(
+            speed, length, limits, under, start_m_s[under]
+        )
     entered = rows + 1
     from_rest = start_m_s == 0.0
     from_rest[entered] = ~leads[rows]
@@ -706,15 +709,38 @@ def _speed_along(
     return limits_along(direction, held_m_s, vertical)
 
 
+def _whole_m(length_m: FloatArray, under: IntArray) -> FloatArray:
+    """Return for each leg the length of all that are one leg with it to the autopilot. (n,) [m]
+
+    ``under`` are those that are one with the next.
+    """
+    begins = np.ones(len(length_m), np.bool_)
+    begins[under + 1] = False
+    whole = np.cumsum(begins) - 1
+    return np.asarray(np.bincount(whole, length_m)[whole])
+
+
 def _speeds_under_way(
-    speed: FloatArray, length: FloatArray, limits: SpeedLimits, under: IntArray
+    speed: FloatArray,
+    length: FloatArray,
+    limits: SpeedLimits,
+    under: IntArray,
+    start_m_s: FloatArray,
 ) -> FloatArray:
     """Return the speeds at the ends of legs that are one leg with the next to the autopilot. (under,)
 
-    As fast as the first allows, and as is reached along it and can be braked along the next.
+    As fast as the first allows, and as is reached along it, begun with a speed behind a spline, and can be
+    braked along the next.
     """
-    ways = np.minimum(length[under], length[under + 1])
-    reached = peak_speed_from_rest_m_s(2.0 * ways, limits.select(under))
+    some, onward_m = limits.select(under), length[under + 1]
+    reached = peak_speed_from_rest_m_s(2.0 * np.minimum(length[under], onward_m), some)
+    moving = np.flatnonzero(start_m_s > 0.0)
+    if len(moving):
+        own = some.select(moving)
+        reached[moving] = np.minimum(
+            speed_after_m_s(length[under][moving], start_m_s[moving], speed[under][moving], own),
+            peak_speed_from_rest_m_s(2.0 * onward_m[moving], own),
+        )
     return np.minimum(speed[under], reached)
 
 
