@@ -377,6 +377,36 @@ def _throttle_limited(
     )
 
 
+_ON_ITS_WAY_M = 5.0
+"""Nearer to where it circles than this PX4 is there (``_L1``'s shortest distance)."""
+
+
+@judges(ITEM_NOT_MODELLED, needs=(PX4,))
+def _waits_on_the_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Report waits behind a LOITER_TO_ALT that counts as reached from afar: PX4 flies there meanwhile.
+
+    Flown by 1.17 with its defaults: 55 m on through a fence during a NAV_DELAY of 12 s.
+    """
+    told: set[int] = set()
+    stages = a.route.stages
+    for before, loiter, wait in zip(stages, stages[1:], stages[2:], strict=False):
+        if loiter.kind is not StageKind.CHANGE_HEIGHT or wait.kind is not StageKind.DELAY:
+            continue
+        away_m = math.hypot(loiter.east_m - before.east_m, loiter.north_m - before.north_m)
+        is_level = abs(loiter.height_m - before.height_m) <= parameters.altitude_acceptance_m
+        near_m = max(_ON_ITS_WAY_M, loiter.radius_m)
+        if is_level and away_m > near_m and wait.hold_s > 0.0 and wait.item not in told:
+            told.add(wait.item)
+            yield a.finding(
+                ITEM_NOT_MODELLED,
+                f"NAV_DELAY behind LOITER_TO_ALT at the height already held: PX4 flies on up to "
+                f"{quantity.distance(away_m)} to its place meanwhile, which is not predicted",
+                severity=Severity.ERROR,
+                item=wait.item,
+                fix="give LOITER_TO_ALT another height, or put NAV_DELAY before it",
+            )
+
+
 GRAB, _GRABS_ENABLED = 1, ("GRIP_ENABLE", "PD_GRIPPER_EN")
 
 

@@ -189,6 +189,28 @@ def test_a_ceiling_above_an_unknown_home_is_an_error_for_amsl_items(
     assert [f.severity for f in told if f.code == "F109"] == [Severity.ERROR] * is_error
 
 
+@pytest.mark.parametrize(
+    ("away_m", "rise_m", "hold_s", "is_error"),
+    [
+        (55.0, 0.0, 12.0, True),  # flown
+        (5.1, 0.7, 12.0, True),
+        (4.9, 0.0, 12.0, False),
+        (55.0, 0.9, 12.0, False),
+        (55.0, 0.0, 0.0, False),
+    ],
+)
+def test_px4_that_waits_behind_a_loiter_reached_from_afar_flies_on_there(
+    away_m: float, rise_m: float, hold_s: float, *, is_error: bool
+) -> None:
+    loiter = item(31, north(100 + away_m), 20.0 + rise_m)
+    delay = item(93, 0.0, 0.0, frame=2, params=(hold_s, 0.0, 0.0, 0.0))
+    one = mission(takeoff(20), waypoint(100, 20), loiter, delay, waypoint(50, 20), rtl())
+    for autopilot in (PX4, ARDUPILOT):
+        told = [f for f in found(one, autopilot) if "flies on up to" in f.message]
+        expected = [Severity.ERROR] * (is_error and autopilot is PX4)
+        assert [f.severity for f in told if f.code == "T102"] == expected
+
+
 # Three searches of 10 s, the defaults, of 100 s, and none; at some 270 W of hover 2.3 and 23 Wh.
 @pytest.mark.parametrize(
     ("parameters", "asked", "severities"),
