@@ -7,6 +7,7 @@ over lines: those of the flight (`planner.flight.path`) and the fan of its retur
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -132,6 +133,25 @@ def situations_flown(motion: Motion) -> Situations:
     """Return the situations of a flight alone, at the nodes of its pieces."""
     item = motion.segments.item[motion.piece_segment]
     return _of_state(motion.nodes.state, item, SituationKind.MISSION)
+
+
+def climbs_flown_m_s(motion: Motion) -> FloatArray:
+    """Return the vehicle's climb rates at the nodes of a flight's pieces, late by the lag of its climb.
+
+    Of first order, linear between nodes.  (p k,) [m s⁻¹]
+    """
+    lag_s = motion.climb_lag_s
+    time_s = (motion.piece_start_s[:, None] + motion.nodes.time_s).ravel()
+    targets = motion.nodes.state.climb_m_s.ravel().tolist()
+    flown, was = targets[0], targets[0]
+    rates = [flown]
+    for step_s, target in zip(np.diff(time_s).tolist(), targets[1:], strict=True):
+        if step_s > 0.0:
+            late = (target - was) / step_s * lag_s
+            flown = target - late + (flown - was + late) * math.exp(-step_s / lag_s)
+        rates.append(flown)
+        was = target
+    return np.array(rates)
 
 
 class _Part(Value, kw_only=False, eq=False):

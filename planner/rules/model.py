@@ -13,7 +13,7 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED, step_speeds_m_s
 from planner.flight.prediction import SPEED_ROUNDING
-from planner.flight.reach import SituationKind
+from planner.flight.reach import SituationKind, climbs_flown_m_s
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED, leads_along
 from planner.mission.route.stage import StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
@@ -263,12 +263,17 @@ def _climb_rates(a: Assessment, _extremes: Extremes) -> Iterator[Finding]:
         return
     widest = max(abs(limit.low), abs(limit.high))
     reach = a.reach
-    for rate_m_s, beyond_m_s, edge_m_s in (
-        (reach.climb_m_s, reach.climb_m_s - limit.high, limit.high),
-        (reach.climb_m_s, limit.low - reach.climb_m_s, min(limit.low, 0.0)),
+    rate_m_s, most_m_s = reach.climb_m_s, OVERSHOOT * widest
+    is_beyond = (rate_m_s > limit.high + most_m_s) | (rate_m_s < limit.low - most_m_s)
+    if a.flight.motion.climb_lag_s and is_beyond.any():
+        flown_m_s = climbs_flown_m_s(a.flight.motion)
+        rate_m_s = np.append(flown_m_s, rate_m_s[len(flown_m_s) :])
+    for beyond_m_s, edge_m_s in (
+        (rate_m_s - limit.high, limit.high),
+        (limit.low - rate_m_s, min(limit.low, 0.0)),
     ):
         row = int(np.argmax(beyond_m_s))
-        if beyond_m_s[row] > OVERSHOOT * widest:
+        if beyond_m_s[row] > most_m_s:
             is_far = abs(rate_m_s[row]) > _FAR * (abs(edge_m_s) or widest)
             yield _outside(
                 a,

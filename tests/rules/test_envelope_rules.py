@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import pytest
-from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
+from planner.flight.motion.ardupilot import pilot
 from planner.physics.wind import Wind
 from planner.service.preflight import check
 from planner.values import replace
@@ -259,6 +261,36 @@ def test_a_climb_or_descent_twice_as_fast_as_any_identified_is_an_error(
     assert [
         f.severity for f in found if f.code == "E105" and "climb rate" in f.message
     ] == severities
+
+
+@pytest.mark.parametrize(
+    ("lag_s", "severity", "rate"),
+    [(None, Severity.WARNING, "3.4 m/s"), (0.0, Severity.ERROR, "5.7 m/s")],
+)
+def test_a_climb_rate_of_a_moment_at_the_cusp_of_a_spline_is_judged_as_flown(
+    lag_s: float | None, severity: Severity, rate: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Flown by a build of 4.7, up to 3.28 m/s, where the curve points up at 6 m/s for 0.1 s.
+    if lag_s is not None:
+        monkeypatch.setattr(pilot, "CLIMB_LAG_S", lag_s)
+
+    def place(command: int, north_m: float, east_m: float, height_m: float) -> MissionItem:
+        east_deg = (north(east_m) - north(0.0)) / math.cos(math.radians(north(0.0)))
+        longitude_deg = HOME.longitude_deg + east_deg
+        return item(command, north(north_m), height_m, longitude_deg=longitude_deg)
+
+    turned = mission(
+        takeoff(15),
+        place(16, 245.4, -68.5, 15),
+        place(16, 93.8, 89.3, 25),
+        place(82, 222.7, -51.3, 35),
+        place(16, 181.0, -26.2, 15),
+        rtl(),
+    )
+    flown = check(turned, load_vehicle("arducopter-sitl-quad"), battery=BATTERY).findings
+    (told,) = (f for f in flown if f.code == "E105" and "climb rate" in f.message)
+    assert told.severity is severity
+    assert f"climb rate of {rate} flown at item 4" in told.message
 
 
 @pytest.mark.parametrize(("home_amsl_m", "told"), [(100.0, False), (2500.0, True)])

@@ -341,6 +341,8 @@ class Motion(Value, eq=False, dict=True):
     circles: CirclesAtRate | None = None
     beside: Beside | None = None
     """``None``: the vehicle is nowhere beside the motion.  Times and energies are those of the motion."""
+    climb_lag_s: float = 0.0
+    """By which the vehicle's climb rate follows the motion's, where that may jump; else 0. [s]"""
     findings: tuple[Finding, ...] = ()
 
     @cached_property

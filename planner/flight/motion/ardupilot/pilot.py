@@ -31,7 +31,7 @@ from planner.flight.motion.ardupilot.stages import (
     stage_columns,
 )
 from planner.flight.motion.ardupilot.timeline import make_motion
-from planner.flight.motion.ardupilot.track_lag import TrackLag
+from planner.flight.motion.ardupilot.track_lag import CLIMB_LAG_S, TrackLag
 from planner.flight.motion.ardupilot.vertical import (
     change_of_height,
     landing,
@@ -186,6 +186,7 @@ def _flown(
         motion,
         wander_m=past_stops_m(legs, lag) + (0.0 if flown_splines is None else flown_splines.wide_m),
         beside=None if flown_splines is None else flown_splines.beside(motion, scale),
+        climb_lag_s=0.0 if flown_splines is None else CLIMB_LAG_S,
         slowed=SlowedLegs.joined(slowed) if slowed else None,
         circles=circles.at_rate(stages.item),
     )

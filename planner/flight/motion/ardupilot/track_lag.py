@@ -30,6 +30,8 @@ VELOCITY_DERIVATIVE = 0.25
 """PSC_NE_VEL_D, its default. [-]"""
 POSITION_GAIN_PER_S = 1.0
 """PSC_NE_POS_P, its default. [s⁻¹]"""
+CLIMB_LAG_S = 0.2
+"""1/PSC_D_VEL_P, its default of 5 s⁻¹: splines tell the controller no acceleration. [s]"""
 _TIME_BUFFER = 0.05
 """``advance_wp_target_along_track`` forgives so much of the speed. [-]"""
 CORRECTED_S = 2.0
