@@ -203,3 +203,41 @@ def test_ways_home_are_those_of_single_flights() -> None:
         mine = together.item == row
         assert together.duration_s[mine] == pytest.approx(alone.duration_s, abs=1e-9)
         assert together.distance_m[mine] == pytest.approx(alone.distance_m, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("jerk_m_s3", "height_m", "hold_s", "most_s"),
+    [
+        (12.0, 50.0, 0.0, 9.5),
+        (12.0, 50.0, 9.0, 0.5),
+        (12.0, 50.0, 9.6, 0.0),
+        (12.0, 10.0, 0.0, 0.0),  # climbs
+        (4.0, 50.0, 0.0, 10.1),  # A/J of 0.625 s
+        (3.9, 50.0, 0.0, 0.0),  # and of 0.641 s
+        (1.0, 50.0, 0.0, 0.0),
+    ],
+)
+def test_a_return_begun_behind_a_stop_may_stand_still_where_wpnav_jerk_is_high(
+    jerk_m_s3: float, height_m: float, hold_s: float, most_s: float
+) -> None:
+    # L = 4.1 mm, a centimetre on the mean, at the snap S = J π/(2 · 0.3 s) takes T = 4 (π L/S)^¼: 0.48 s at
+    # 12 m/s³ (A/J: 0.21), up to 2 L/T = 17 mm/s; from 2 m off to that much 2 s times ln 117.  At 3.95 m/s³ it
+    # takes 0.63 s, as long as A/J.
+    motion = fly(
+        takeoff(height_m),
+        go(100.0, height_m=height_m, hold=hold_s),
+        home(),
+        parameters=ArduPilotParameters(jerk_m_s3=jerk_m_s3),
+    )
+    spread_s = motion.heading_spread_s
+    told = [one.severity for one in motion.findings if one.code == "T102"]
+    if most_s:
+        assert spread_s is not None
+        assert spread_s.max() == pytest.approx(most_s, abs=0.1)
+        assert spread_s.min() == 0.0
+        assert (spread_s == 0.0).mean() == pytest.approx(0.5, abs=0.02)
+        assert motion.heading_segment == motion.arrival_segment[1] + 1
+        assert told == [Severity.WARNING]
+    else:
+        assert spread_s is None
+        assert not told

@@ -332,8 +332,8 @@ class Motion(Value, eq=False, dict=True):
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
     heading_spread_s: FloatArray | None = None
-    """How much longer its waits may be for headings from one that is not known, for each turn that is as
-    likely as another.  ``None``: there are none.  (k,) [s]"""
+    """How much longer its waits may be for headings from one that is not known, or for a target that stands,
+    for each turn that is as likely as another.  ``None``: there are none.  (k,) [s]"""
     heading_segment: int = 0
     """The segment from which on that counts."""
     slowed: SlowedLegs | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -558,6 +558,8 @@ def faster_findings(
     return (FASTER_THAN_COMMANDED.finding(message, item=int(item[rows[0]])),)
 
 
+_AS_LIKELY = np.linspace(-1.0, 1.0, 41)
+"""Half of the returns wait for nothing, the others for any part of the most."""
 _STANDS = 0.8
 """With an A/J of 0.75 of their time legs to what is here took up to 3 s more, of 0.84 with 1.7 s. [-]"""
 
@@ -584,6 +586,56 @@ def _standing_findings(
     )
     severity = Severity.ERROR if stands else None
     return (ITEM_NOT_MODELLED.finding(message, severity=severity, item=int(item[rows[0]])),)
+
+
+class StuckReturns(NamedTuple):
+    """Returns that may stand still where they begin."""
+
+    stage: IntArray
+    """(n,)"""
+    most_s: FloatArray
+    """How long. (n,) [s]"""
+
+    @classmethod
+    def of(
+        cls, legs: ArduPilotLegs, stages: StageColumns, parameters: ArduPilotParameters
+    ) -> StuckReturns:
+        """Return those whose first leg is a rounded centimetre, begun shortly behind a stop.
+
+        Notes
+        -----
+        As of what is here, see :func:`_standing_findings`: its target stands until the vehicle is off by no
+        more than it is fast.  The stop is reached within WP_RADIUS, the vehicle moving past it; it comes
+        back by :data:`CORRECTED_S`, to the speed of that leg.  Whether the rounding leads on or back, where
+        nothing is waited for, is not known.  Recorded with WPNAV_JERK 12: none in 13 of 23, up to 9 s.
+        """
+        stage = legs.key // SLOTS
+        curves, before = legs.curves, np.maximum(stage - 1, 0)
+        filter_s = parameters.acceleration_m_s2 / parameters.jerk_m_s3
+        is_short = (legs.key % SLOTS == 0) & (curves.length_m == _MEAN_STEP_M)
+        is_slow = curves.duration_s - curves.wait_s > filter_s
+        comes = is_kind(stages.kind[before], StageKind.GO, StageKind.SPLINE) & (stage > 0)
+        begins = is_kind(stages.kind[stage], StageKind.RETURN)
+        rows = np.flatnonzero(begins & is_short & is_slow & comes)
+        off = parameters.waypoint_radius_m / curves.peak_m_s[rows]
+        most_s = CORRECTED_S * np.log(off) - stages.hold_s[before[rows]]
+        return cls(stage[rows][most_s > 0.0], most_s[most_s > 0.0])
+
+    def spread_s(self) -> FloatArray | None:
+        """Return by how much they may be longer, each as likely as another; ``None``: by nothing. (k,) [s]"""
+        if not len(self.stage):
+            return None
+        return np.asarray(np.maximum(_AS_LIKELY, 0.0) * self.most_s.sum())
+
+    def findings(self, item: IntArray) -> tuple[Finding, ...]:
+        """Return them in one finding, by the items of stages."""
+        if not len(self.stage):
+            return ()
+        message = (
+            "WPNAV_JERK is too high for a return begun behind a stop: ArduPilot may stand still there for up "
+            f"to {quantity.duration(float(self.most_s.max()))}"
+        )
+        return (ITEM_NOT_MODELLED.finding(message, item=int(item[self.stage[0]])),)
 
 
 def _flown_ways(

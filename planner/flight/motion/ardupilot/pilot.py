@@ -14,6 +14,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.circles import leave_circles, plan_circles
 from planner.flight.motion.ardupilot.legs import (
     SLOTS,
+    StuckReturns,
     past_stops_m,
     plan_legs,
     settling_waits_s,
@@ -170,6 +171,7 @@ def _flown(
         *(() if flown_splines is None else (flown_splines.manoeuvres,)),
         *_settling(legs, responses, parameters, lag),
     ]
+    standing = StuckReturns.of(legs, stages, parameters)
     motion = make_motion(
         legs,
         manoeuvres,
@@ -177,7 +179,12 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=lambda speed: stopping_distance_m(speed, parameters, speed_response),
-        findings=(*legs.findings, *spline_findings, *return_findings(parameters)),
+        findings=(
+            *legs.findings,
+            *spline_findings,
+            *standing.findings(stages.item),
+            *return_findings(parameters),
+        ),
     )
     slowed = [
         one for one in (legs.slowed, None if splines is None else splines.slowed) if one is not None
@@ -187,6 +194,8 @@ def _flown(
         wander_m=past_stops_m(legs, lag) + (0.0 if flown_splines is None else flown_splines.wide_m),
         beside=None if flown_splines is None else flown_splines.beside(motion, scale),
         climb_lag_s=0.0 if flown_splines is None else CLIMB_LAG_S,
+        heading_spread_s=standing.spread_s(),
+        heading_segment=int(motion.done_segment[standing.stage[:1] - 1].sum()) + 1,
         slowed=SlowedLegs.joined(slowed) if slowed else None,
         circles=circles.at_rate(stages.item),
     )
