@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from ardupilot_missions import time_s
 from fenced_missions import at
@@ -10,6 +11,8 @@ from made_missions import takeoff as takeoff_to
 
 from planner.autopilot import Autopilot
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
+from planner.flight.motion.ardupilot.track_lag import TrackLag
+from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
 from planner.mission.route.route import make_route
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -52,3 +55,28 @@ def test_corners_lose_what_the_lean_is_late(
     stages = make_route(made, dialect=Autopilot.ARDUPILOT).stages
     motion = fly_ardupilot(stages, parameters, airspeed_limit_m_s=airspeed_limit_m_s)
     assert time_s(motion) == pytest.approx(flown_s, rel=0.025)
+
+
+def test_a_corner_loses_the_same_alone_and_among_others() -> None:
+    # The lean of 0.85 s rings: its error comes back after it was small for a moment.
+    lag = TrackLag(drag=0.0, lean_m_s2=5.66, filter_s=0.1, attitude_s=0.85)
+    limits = SpeedLimits(np.full(2, 1.0), np.full(2, 10.0), np.full(2, 0.15))
+    ramps = speed_ramps(np.array([0.2, 5.0]), limits)
+    half_s, cruise_s = np.array([0.15, 1.0]), np.full(2, 6.0)
+    before = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    after = np.array([[0.0, 1.0, 0.0], [-0.6, 0.8, 0.0]])
+
+    def lost_s(rows: list[int]) -> list[float]:
+        own = ramps.select(np.array(rows))
+        lost = lag.lost_in_corners_s(
+            own.beside(own),
+            half_s[rows],
+            before=before[rows],
+            after=after[rows],
+            cruise_s=cruise_s[rows],
+        )
+        return [float(one) for one in lost]
+
+    together = lost_s([0, 1])
+    assert min(together) > 0.1
+    assert together == pytest.approx([*lost_s([0]), *lost_s([1])], rel=1e-9)  # rounding of sums

@@ -448,7 +448,7 @@ class _LedCorners(NamedTuple):
         held = pushed = lag.drag * np.sqrt(np.abs(velocity)) * velocity
         passed, pace = np.zeros(len(end)), np.ones(len(end))
         paces: list[FloatArray] = []
-        ways = [passed]
+        ways, is_over = [passed], np.zeros(len(end), np.bool_)
         for _ in range(_LONGER * int(count.max())):
             row = np.minimum(passed.astype(int), count)
             at = row * len(end) + every
@@ -473,9 +473,12 @@ class _LedCorners(NamedTuple):
             gap = gap + (closing + 0.5 * change * now) * step
             passed = passed + pace + 0.5 * change
             pace = pace + change
-            paces.append(wanted)
+            paces.append(np.where(is_over, 1.0, wanted))
             ways.append(passed)
-            if ((passed >= count) | ((passed >= settled) & (behind < _TIME_BUFFER))).all():
+            # Each by itself, and only when what is left of it does not come back.
+            left = (np.abs(error) + np.abs(growing)) * np.abs(along.take(at))
+            is_over |= (passed >= count) | ((passed >= settled) & (left < _TIME_BUFFER))
+            if is_over.all():
                 break
         counted = clipped(np.array(ways[1:]) - (begin - self.half_s) / step, 0.0, 1.0)
         return np.asarray(((1.0 - np.array(paces)) * counted).sum(axis=0) * step)
