@@ -36,6 +36,24 @@ def hill(top_m: float, *, at_m: float = 250.0, steep: float = 0.2) -> TerrainGri
     return of_heights(np.repeat(400.0 + np.clip(rise_m, 0.0, top_m), COLUMNS, axis=1), level)
 
 
+def wide(narrow: TerrainGrid) -> TerrainGrid:
+    """Return a grid five times as wide, of ground that is level from west to east."""
+    tile = narrow.tiles[0]
+    a, b, west, d, e, top = tile.transform
+    south, west_deg, north_deg, east_deg = tile.bounds_deg
+    beside_deg = 2.0 * (east_deg - west_deg)
+    return TerrainGrid(
+        tiles=(
+            replace(
+                tile,
+                heights_amsl_m=np.tile(np.asarray(tile.heights_amsl_m), (1, 5)),
+                transform=(a, b, west - beside_deg, d, e, top),
+                bounds_deg=(south, west_deg - beside_deg, north_deg, east_deg + beside_deg),
+            ),
+        )
+    )
+
+
 def of_heights(heights: npt.NDArray[np.float64], like: TerrainTile) -> TerrainGrid:
     """Return other heights in the place of a tile."""
     return TerrainGrid(tiles=(replace(like, heights_amsl_m=heights.astype(np.float32)),))

@@ -337,10 +337,8 @@ class TerrainGrid(Value):
         has = [one.reaches(*one.row_column(*where), _OWN) for one in self.tiles]
         return height.reshape(4, -1), np.any(has, axis=0).reshape(4, -1)
 
-    def range_amsl_m(
-        self, latitude_deg: FloatArray, longitude_deg: FloatArray
-    ) -> tuple[float, float]:
-        """Return the lowest and greatest height known at 129 places each way of a box, by its corners. [m]
+    def lowest_amsl_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> float:
+        """Return the lowest height that is known at 129 places each way of a box, by its corners. [m]
 
         NaN where none is.
         """
@@ -350,9 +348,7 @@ class TerrainGrid(Value):
             west + np.linspace(0.0, (east - west) % 360.0, _COMPARED),
         )
         heights = self.height_amsl_m(*places).compressed()
-        if not len(heights):
-            return math.nan, math.nan
-        return float(heights.min()), float(heights.max())
+        return float(heights.min()) if len(heights) else math.nan
 
     def others(
         self, latitude_deg: FloatArray, longitude_deg: FloatArray

@@ -18,6 +18,7 @@ from planner.rules.energy import destination_name
 from planner.rules.fence_height import FENCE_HEIGHT
 from planner.rules.fence_settings import inclusions_unite, is_from_file, why_not_enforced
 from planner.rules.fenced_flight import straight_legs
+from planner.rules.left_open import IN_SIGHT_M
 from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
 
 if TYPE_CHECKING:
@@ -154,8 +155,9 @@ FENCE_IN_PART = Rule(
     summary="The file has no home: the fence is not checked on the way from there and back.",
     why="A circle of the parameters lies about home, the flight begins there and returns lead there; none of "
     "them is where the file says nothing.",
-    how="No planned home, and areas in the fence or a greatest distance from home in the parameters; limits "
-    "of height above home where items have AMSL altitudes and --home-amsl is not given.",
+    how="No planned home, and an edge of the fence or a greatest distance from home within 500 m of all the "
+    "flight, as far as a small multicopter is seen; limits of height above home where items have AMSL "
+    "altitudes and --home-amsl is not given.",
     fix="save the mission with its planned home",
     instead="a mission with its home",
 )
@@ -261,7 +263,9 @@ def flight_in_fence(a: Assessment) -> Iterator[Finding]:
     """Yield what is wrong with the areas of a fence, and where a flight or its returns leave them."""
     flown = a.fenced
     yield from flown.area.findings
-    if a.mission.home is None and flown.area.barriers:
+    if a.mission.home is None and not all(
+        flown.is_clear_of(barrier, beside_m=IN_SIGHT_M) for barrier in flown.area.barriers
+    ):
         yield a.finding(
             FENCE_IN_PART,
             "no home in the file: the way from there to the first place, returns and distances from home are "

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.mission.commands import GLOBAL_FRAMES, RELATIVE_FRAMES
 from planner.mission.route.position import TERRAIN_ASSUMED_LEVEL
 from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
@@ -173,6 +174,10 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     )
 
 
+_PLACES_IN_SIGHT = 129
+"""Each way, at which the ground is looked up about a home that is not known: every 8 m."""
+
+
 @judges(HOME_UNKNOWN, needs=(TERRAIN_ABOUT_UNKNOWN_HOME,))
 def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     """Yield a finding where a flight from a home near its first place may be too low over the ground.
@@ -180,25 +185,48 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
     Begun from the lowest ground in sight it is so much lower than from the first place, and comes over the
     highest of it to there.
     """
-    ends_m = np.array([-IN_SIGHT_M, IN_SIGHT_M])
-    box_deg = a.route.frame.latitude_longitude_deg(ends_m, ends_m)
-    ground_m, highest_m = terrain.range_amsl_m(*box_deg)
-    start_m = a.route.home_amsl_m
-    lower_m = 0.0 if a.setup.home_amsl_m is not None else max(start_m - ground_m, 0.0)
-    lowest_m = start_m - lower_m + a.route.stages[0].height_m - highest_m
+    axis_m = np.linspace(-IN_SIGHT_M, IN_SIGHT_M, _PLACES_IN_SIGHT)
+    east_m, north_m = (side.ravel() for side in np.meshgrid(axis_m, axis_m))
+    ground_m = terrain.height_amsl_m(*a.route.frame.latitude_longitude_deg(east_m, north_m))
+    in_sight = quantity.distance(IN_SIGHT_M)
+    if np.ma.getmaskarray(ground_m).any():
+        yield a.finding(
+            HOME_UNKNOWN,
+            f"no home in the file: the ground within {in_sight} of the first place, where it may be, is not "
+            "all known",
+            severity=Severity.ERROR,
+            fix="set the planned home position in the mission, or give --terrain that reaches so far",
+        )
+        return
+    start_m, first = a.route.home_amsl_m, a.route.stages[0]
+    lowest_m, highest_m = float(ground_m.min()), float(ground_m.max())
+    lower_m = 0.0 if a.setup.home_amsl_m is not None else max(start_m - lowest_m, 0.0)
+    low_m = math.inf
+    if not follows_terrain(a, first.item):
+        low_m = start_m - _lower_m(a, first.item, lower_m) + first.height_m - highest_m
     flown = _flown(a, terrain, STRAIGHT_M)
     if flown is not None:
         least_m, _, _ = flown.clearance.extremes_m()
-        known_m = least_m[flown.clearance.is_known]
-        lowest_m = min(lowest_m, float(known_m.min(initial=math.inf)) - lower_m)
-    if lowest_m < a.setup.clearance_m:
+        least_m -= [_lower_m(a, number, lower_m) for number in flown.item.tolist()]
+        low_m = min(low_m, float(least_m[flown.clearance.is_known].min(initial=math.inf)))
+    if low_m < a.setup.clearance_m:
         yield a.finding(
             HOME_UNKNOWN,
-            f"no home in the file: taken off within {quantity.distance(IN_SIGHT_M)} of the first place, over "
-            f"{quantity.height(ground_m)} to {quantity.height(highest_m)} AMSL, the flight may be "
-            f"{too_near_text(a, lowest_m)}",
+            f"no home in the file: taken off within {in_sight} of the first place, over "
+            f"{quantity.height(lowest_m)} to {quantity.height(highest_m)} AMSL, the flight may be "
+            f"{too_near_text(a, low_m)}",
             severity=Severity.ERROR,
         )
+
+
+def _lower_m(a: Assessment, number: int, home_m: float) -> float:
+    """Return how much lower an item is flown over a home that is so much lower. [m]
+
+    A return keeps the height at least that the item before it asks for.
+    """
+    frames = [item.frame for item in a.mission.items[: max(number, 0)]]
+    asked = next((frame for frame in reversed(frames) if frame in GLOBAL_FRAMES), None)
+    return home_m if asked is None or asked in RELATIVE_FRAMES else 0.0
 
 
 class _Flown(Value, kw_only=False, eq=False):

@@ -254,7 +254,7 @@ def over_its_ground(prepared: Preparation) -> Preparation:
         ]
     )
     ends_m = np.stack((places_m.min(axis=0), places_m.max(axis=0)))
-    lowest_m, _ = terrain.range_amsl_m(*route.frame.latitude_longitude_deg(*ends_m.T))
+    lowest_m = terrain.lowest_amsl_m(*route.frame.latitude_longitude_deg(*ends_m.T))
     below_m = route.ground_datum_m - lowest_m
     if not below_m > 0.0:
         return prepared

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import ground, slope
+from made_terrain import ground, slope, wide
 from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner import quantity
@@ -154,19 +154,43 @@ def test_ground_that_falls_away_about_an_unknown_home_is_an_error(
     # by an altitude of home that is given no height is lower.
     angle_deg = math.degrees(math.atan((30.0 - CLEARANCE_M + beyond_m) / reach_m))
     one = replace(mission(takeoff(30), waypoint(100, 30), rtl()), home=None)
-    told = found(one, terrain=slope(angle_deg), clearance_m=CLEARANCE_M, home_amsl_m=home_amsl_m)
+    sloping = wide(slope(angle_deg))
+    told = found(one, terrain=sloping, clearance_m=CLEARANCE_M, home_amsl_m=home_amsl_m)
     errors = [f for f in told if f.severity is Severity.ERROR]
     assert [f.code for f in errors if f.code == "M107"] == ["M107"] * is_error
-    known = found(replace(one, home=HOME), terrain=slope(angle_deg), clearance_m=CLEARANCE_M)
+    known = found(replace(one, home=HOME), terrain=sloping, clearance_m=CLEARANCE_M)
     assert "M107" not in {f.code for f in known}
+
+
+@pytest.mark.parametrize(("frame", "is_error"), [(3, True), (0, False), (10, False)])
+def test_altitudes_that_do_not_count_from_an_unknown_home_are_as_high_wherever_it_is(
+    frame: int, *, is_error: bool
+) -> None:
+    # A slope of 25 m in 500 m and 30 m above it; 530 m AMSL are 105 m above the highest.
+    sloping = wide(slope(math.degrees(math.atan(0.05))))
+    height_m = 530.0 if frame == 0 else 30.0
+    legs = [item(command, north(100), height_m, frame=frame) for command in (22, 16)]
+    one = replace(mission(*legs, rtl()), home=None)
+    told = found(one, ARDUPILOT, "RTL_ALT,0\n", terrain=sloping)
+    errors = [f.message for f in told if f.code == "M107" and f.severity is Severity.ERROR]
+    assert any("the flight may be" in one for one in errors) is is_error
+
+
+def test_ground_in_sight_of_an_unknown_home_that_is_not_known_is_an_error() -> None:
+    one = replace(mission(takeoff(30), waypoint(100, 30), rtl()), home=None)
+    errors = [f for f in found(one, terrain=ground(0.0)) if f.severity is Severity.ERROR]
+    assert ["is not all known" in f.message for f in errors] == [True]
+    assert not [f for f in found(one, terrain=wide(ground(0.0))) if f.severity is Severity.ERROR]
 
 
 @pytest.mark.parametrize(
     ("parameters", "is_error"),
     [
         ("FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,100\n", False),
-        ("FENCE_ENABLE,1\nFENCE_TYPE,2\nFENCE_RADIUS,900\n", True),
-        ("FENCE_ENABLE,0\nFENCE_TYPE,2\nFENCE_RADIUS,900\n", False),
+        # The flight's 100 m, 500 m in sight, its position error.
+        ("FENCE_ENABLE,1\nFENCE_TYPE,2\nFENCE_RADIUS,590\n", True),
+        ("FENCE_ENABLE,1\nFENCE_TYPE,2\nFENCE_RADIUS,615\n", False),
+        ("FENCE_ENABLE,0\nFENCE_TYPE,2\nFENCE_RADIUS,590\n", False),
     ],
 )
 def test_a_fence_about_an_unknown_home_is_an_error(parameters: str, *, is_error: bool) -> None:
