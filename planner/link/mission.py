@@ -18,7 +18,6 @@ from planner.link.transfers import Question, Transfer
 from planner.link.wire import message
 from planner.mission.commands import UNSET_YAW, Command, Frame, command_name, load_command_table
 from planner.mission.formats.fence_items import (
-    RALLY_ALTITUDE_REFERENCE,
     fence_items,
     make_fence,
     make_rally_points,
@@ -36,9 +35,8 @@ from planner.mission.vehicle_kind import vehicle_evidence
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-    from planner.findings import Finding
     from planner.link.telemetry import VehicleIdentity
     from planner.link.transfers import LinkSettings
     from planner.link.wire import Message
@@ -521,20 +519,8 @@ def mission_of_lists(
         ),
         fence=fence,
         rally=rally,
-        findings=(*about_fence, *about_rally, *_rally_not_flown_to(rally_rows, identity)),
+        findings=(*about_fence, *about_rally),
     )
-
-
-def _rally_not_flown_to(rows: Sequence[WireItem], identity: VehicleIdentity) -> Iterator[Finding]:
-    """Yield rally points in frames that PX4's return does not know: ``RTL::setSafepointAsDestination``."""
-    known = {Frame.GLOBAL, Frame.GLOBAL_RELATIVE_ALT}
-    numbers = [str(number) for number, row in enumerate(rows, 1) if row.frame not in known]
-    if identity.autopilot is Autopilot.PX4 and numbers:
-        yield RALLY_ALTITUDE_REFERENCE.finding(
-            f"rally point {', '.join(numbers)} of the vehicle in a frame other than 0 and 3: PX4 does not "
-            "return there, and stays in the air where it is",
-            fix="send rally points in frame 3 (mavjoule upload does)",
-        )
 
 
 def lists_of_mission(

@@ -138,11 +138,9 @@ RALLY_ALTITUDE_REFERENCE = Rule(
     "L159 rally-altitude-reference",
     Severity.ERROR,
     summary="A rally point's altitude is not written as height above home.",
-    why="A vehicle that returns at the wrong height hits what it should clear.  PX4 does not return to a "
-    "rally point in a frame that it does not know: it stays in the air until its battery is empty.",
+    why="A vehicle that returns at the wrong height hits what it should clear.",
     how="AMSL altitudes are reduced by home's altitude; where it is unknown, and above terrain, they are "
-    "read as heights above home.  Of points on a PX4 vehicle, frames other than 0 and 3 (flown by 1.17: "
-    '"RTL: unsupported MAV_FRAME" in frame 6).',
+    "read as heights above home.",
     fix="write rally altitudes relative to home (frame 3)",
 )
 
