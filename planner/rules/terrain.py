@@ -31,7 +31,13 @@ from planner.rules.clearance import (
     sides_of,
     too_near_text,
 )
-from planner.rules.declaration import TERRAIN, TERRAIN_ABOUT_UNKNOWN_HOME, NotEvaluated, judges
+from planner.rules.declaration import (
+    ARDUPILOT,
+    TERRAIN,
+    TERRAIN_ABOUT_UNKNOWN_HOME,
+    NotEvaluated,
+    judges,
+)
 from planner.rules.left_open import IN_SIGHT_M
 from planner.rules.low_returns import is_vertical_at_ground
 from planner.rules.terrain_following import (
@@ -52,6 +58,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.path import FlightLines, FlownPath
     from planner.geo.terrain import TerrainGrid
+    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.rules.clearance import Clearance
     from planner.rules.declaration import Found
@@ -183,7 +190,7 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
     """Yield a finding where a flight from a home near its first place may be too low over the ground.
 
     Begun from the lowest ground in sight it is so much lower than from the first place, and comes over the
-    highest of it to there.
+    highest of it to there, and home.
     """
     axis_m = np.linspace(-IN_SIGHT_M, IN_SIGHT_M, _PLACES_IN_SIGHT)
     east_m, north_m = (side.ravel() for side in np.meshgrid(axis_m, axis_m))
@@ -201,9 +208,14 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
     start_m, first = a.route.home_amsl_m, a.route.stages[0]
     lowest_m, highest_m = float(ground_m.min()), float(ground_m.max())
     lower_m = 0.0 if a.setup.home_amsl_m is not None else max(start_m - lowest_m, 0.0)
-    low_m = math.inf
-    if not follows_terrain(a, first.item):
-        low_m = start_m - _lower_m(a, first.item, lower_m) + first.height_m - highest_m
+    # On the way out as high as it takes off, on the way back as low as it flies, or returns.
+    low_m, own = math.inf, ARDUPILOT.of(a)
+    returns_m = -math.inf if own is None else own.return_altitude_m
+    in_the_air = (one for one in a.route.stages if one.kind in IN_THE_AIR)
+    lowest = min(in_the_air, key=_height_m, default=first)
+    for stage, height_m in ((first, first.height_m), (lowest, max(lowest.height_m, returns_m))):
+        if not follows_terrain(a, stage.item):
+            low_m = min(low_m, start_m - _lower_m(a, stage.item, lower_m) + height_m - highest_m)
     flown = _flown(a, terrain, STRAIGHT_M)
     if flown is not None:
         least_m, _, _ = flown.clearance.extremes_m()
@@ -217,6 +229,10 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
             f"{too_near_text(a, low_m)}",
             severity=Severity.ERROR,
         )
+
+
+def _height_m(stage: Stage) -> float:
+    return stage.height_m
 
 
 def _lower_m(a: Assessment, number: int, home_m: float) -> float:

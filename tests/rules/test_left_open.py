@@ -176,6 +176,22 @@ def test_altitudes_that_do_not_count_from_an_unknown_home_are_as_high_wherever_i
     assert any("the flight may be" in one for one in errors) is is_error
 
 
+@pytest.mark.parametrize(
+    ("last_m", "return_altitude_m", "is_error"),
+    [(40.0, 15.0, True), (60.0, 15.0, False), (40.0, 60.0, False)],
+)
+def test_a_way_back_over_a_hill_in_sight_of_an_unknown_home_is_an_error(
+    last_m: float, return_altitude_m: float, *, is_error: bool
+) -> None:
+    # A ridge of 50 m 400 m south of the first place, where home may be behind.
+    ridge = wide(ground(50.0, at_m=-400.0))
+    legs = (takeoff(100), waypoint(100, 100), waypoint(200, last_m), waypoint(100, last_m), rtl())
+    given = f"RTL_ALT,{100.0 * return_altitude_m:g}\n"
+    told = found(replace(mission(*legs), home=None), ARDUPILOT, given, terrain=ridge)
+    errors = [f.code for f in told if f.severity is Severity.ERROR]
+    assert errors == ["M107"] * is_error
+
+
 def test_ground_in_sight_of_an_unknown_home_that_is_not_known_is_an_error() -> None:
     one = replace(mission(takeoff(30), waypoint(100, 30), rtl()), home=None)
     errors = [f for f in found(one, terrain=ground(0.0)) if f.severity is Severity.ERROR]
