@@ -22,7 +22,17 @@ from planner.mission.route.route import HOME_UNKNOWN
 from planner.mission.route.stage import StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.rules.assessment import numbers
-from planner.rules.declaration import ARDUPILOT, BUDGET, PACK, PX4, NotEvaluated, judges
+from planner.rules.declaration import (
+    ARDUPILOT,
+    BUDGET,
+    FENCE,
+    PACK,
+    PROFILE,
+    PX4,
+    TERRAIN,
+    NotEvaluated,
+    judges,
+)
 from planner.units import wh_from_j
 from planner.vehicle.pack import LIPO_CELL_V, chemistry_of
 
@@ -405,6 +415,24 @@ def _waits_on_the_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
                 item=wait.item,
                 fix="give LOITER_TO_ALT another height, or put NAV_DELAY before it",
             )
+
+
+@judges(ITEM_NOT_MODELLED)
+def _thrown_past_a_turn(a: Assessment) -> Iterator[Finding]:
+    """Report splines at whose turn where the vehicle flies is a matter of chance."""
+    motion = a.flight.motion
+    if motion.beside is None or not len(motion.beside.chance_s):
+        return
+    begins = np.searchsorted(motion.segments.start_s, motion.beside.chance_s, side="right") - 1
+    is_limited = any(one is not None for one in (FENCE.of(a), TERRAIN.of(a), PROFILE.of(a)))
+    yield a.finding(
+        ITEM_NOT_MODELLED,
+        "the spline turns faster than the vehicle can: its target stands still while it leans fully, and how "
+        "far it flies on is not predicted" + (", nor is that checked" if is_limited else ""),
+        severity=Severity.ERROR if is_limited else None,
+        item=int(motion.segments.item[begins[0]]),
+        fix="give the waypoint before the turn a hold of 1 s, or fly slower",
+    )
 
 
 GRAB, _GRABS_ENABLED = 1, ("GRIP_ENABLE", "PD_GRIPPER_EN")

@@ -9,11 +9,17 @@ from made_missions import HOME, item, mission, rtl, speed
 from made_missions import takeoff as takeoff_to
 
 from planner.autopilot import Autopilot
+from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.path import flown_path
+from planner.geo.fence import Fence
 from planner.mission.route.route import make_route
+from planner.service.preflight import check
+from planner.service.separation import check_together
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.files import parameters_from_text
 
 LIMIT_M_S = 10.24
 """Airspeed at 30° of the vehicle that was flown."""
@@ -74,11 +80,6 @@ def test_another_vehicle_beside_a_spline_is_as_near_as_flown(
     separation_m: float, *, is_too_near: bool
 ) -> None:
     # Flown at 8.0 m from it; the curve ends 10.9 m from it.
-    from planner.service.preflight import check
-    from planner.service.separation import check_together
-    from planner.vehicle.library import load_vehicle
-    from planner.vehicle.parameters.files import parameters_from_text
-
     vehicle = load_vehicle("arducopter-sitl-quad")
     given = parameters_from_text(LATE.encode(), source="p.param")
     there = at(-36.7, -83.0, command=19, params=(400.0, 0.0, 0.0, 0.0))
@@ -87,6 +88,41 @@ def test_another_vehicle_beside_a_spline_is_as_near_as_flown(
     results = [check(one, vehicle, parameters=given) for one in (mission(*SPLINES), hovers)]
     for one in check_together(results, separation_m=separation_m, starts_s=(100.0, 0.0)):
         assert ("S101" in {f.code for f in one.findings}) is is_too_near
+
+
+TURNS_BACK = (
+    takeoff_to(20),
+    at(0.0, 60.0),
+    *(at(*place, command=82) for place in ((10.0, 90.0), (25.0, 40.0), (50.0, 80.0))),
+    at(50.0, 0.0),
+    rtl(),
+)
+
+
+@pytest.mark.parametrize(
+    ("given", "is_fenced", "severities"),
+    [
+        (LATE, False, [Severity.WARNING]),
+        (LATE, True, [Severity.ERROR]),
+        ("ATC_INPUT_TC,0.15\n", True, []),
+    ],
+    ids=["no fence", "a fence", "the defaults"],
+)
+def test_how_far_it_is_thrown_past_a_turn_is_told_as_not_predicted(
+    given: str, severities: list[Severity], *, is_fenced: bool
+) -> None:
+    # Flown by ArduCopter 4.7.0-dev with ATC_INPUT_TC 0.35 and WPNAV_JERK 12: 5.4 m beyond what is predicted,
+    # through a fence; with the defaults 0.7 m.
+    fence = Fence(polygons=(box(-500.0, -500.0, 500.0, 500.0),)) if is_fenced else None
+    result = check(
+        replace(mission(*TURNS_BACK), fence=fence),
+        load_vehicle("arducopter-sitl-quad"),
+        parameters=parameters_from_text(given.encode(), source="p.param"),
+    )
+    told = [one for one in result.findings if "turns faster" in one.message]
+    assert [(one.code, one.severity, one.item) for one in told] == [
+        ("T102", severity, 5) for severity in severities
+    ]
 
 
 def test_a_spline_ends_towards_the_end_of_a_leg_on_which_the_speed_changes() -> None:

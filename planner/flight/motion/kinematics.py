@@ -270,6 +270,8 @@ class Beside(Value, eq=False):
     """Since the start of the flight, rising. (n,) [s]"""
     east_north_m: FloatArray
     """From what is followed to the vehicle. (n, 2) [m]"""
+    chance_s: FloatArray
+    """When stages begin in which where it is is a matter of chance. (c,) [s]"""
 
     def at(self, time_s: FloatArray) -> FloatArray:
         """Return how far the vehicle is to the east and north of what it follows. (2, …) [m]"""
@@ -286,9 +288,11 @@ class Beside(Value, eq=False):
 
     def moved(self, from_s: FloatArray, to_s: FloatArray) -> Beside:
         """Return the same where what ended at times (n,) ends at others (n,)."""
+        before_s, after_s = np.append(0.0, from_s), np.append(0.0, to_s)
         return Beside(
-            time_s=np.interp(self.time_s, np.append(0.0, from_s), np.append(0.0, to_s)),
+            time_s=np.interp(self.time_s, before_s, after_s),
             east_north_m=self.east_north_m,
+            chance_s=np.interp(self.chance_s, before_s, after_s),
         )
 
 

@@ -130,7 +130,8 @@ class FlownSplines(NamedTuple):
             gaps.append(-np.array(way.gap_m)[own])
         time_s, gap_m = np.concatenate(times), np.concatenate(gaps)
         way_m = np.column_stack((gap_m.real / scale[0], gap_m.imag / scale[1]))
-        return Beside(time_s=time_s, east_north_m=way_m)
+        chance = [way.is_chance for way in self.ways]
+        return Beside(time_s=time_s, east_north_m=way_m, chance_s=begun_s[chance])
 
 
 class _FollowedWay(NamedTuple):
@@ -140,6 +141,8 @@ class _FollowedWay(NamedTuple):
     """Since the beginning of the spline."""
     gap_m: list[complex]
     """To the target, seen from above: east + i north."""
+    is_chance: bool = False
+    """Whether it is not certain: see :class:`Behind`."""
 
 
 class _Followed(NamedTuple):
@@ -198,7 +201,8 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> _Followed:
     ways: list[_FollowedWay] = []
     followed = {}  # what a jump repeats is followed in the same way again
     for row, (velocities, times, is_joined) in enumerate(rows):
-        behind = behind._replace(flown_m=0.0) if is_joined else lag.steady(velocities[0])
+        joined = behind._replace(flown_m=0.0, is_chance=False)
+        behind = joined if is_joined else lag.steady(velocities[0])
         begun = (behind, *velocities, *times)
         if begun not in followed:
             pace[row, 0] = behind.pace
@@ -211,7 +215,7 @@ def _followed(splines: Splines, speed_m_s: FloatArray) -> _Followed:
                 pace[row, node + 1] = behind.pace
                 way.time_s.append(way.time_s[-1] + float(real_s[row, node]))
                 way.gap_m.append(behind.gap_m)
-            followed[begun] = row, behind, way
+            followed[begun] = row, behind, way._replace(is_chance=behind.is_chance)
         same, behind, way = followed[begun]
         pace[row], real_s[row] = pace[same], real_s[same]
         flown_m += behind.flown_m
@@ -231,7 +235,7 @@ def _tail(lag: TrackLag, way: _FollowedWay, behind: Behind, onward: complex) -> 
         behind, real_s = lag.after(_TAIL_STEP_S, onward, onward, behind)
         times.append(times[-1] + real_s)
         gaps.append(behind.gap_m)
-    return _FollowedWay(times, gaps)
+    return _FollowedWay(times, gaps, way.is_chance)
 
 
 def plan_splines(

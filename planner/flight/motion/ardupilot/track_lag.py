@@ -95,6 +95,9 @@ class Behind(NamedTuple):
     """Time along the track over time."""
     flown_m: float = 0.0
     """Way of the vehicle so far."""
+    is_chance: bool = False
+    """Whether it has leant fully behind a target that stood still: its direction, a few degrees, decides how
+    much of the lean brakes the vehicle."""
 
 
 class TrackLag(NamedTuple):
@@ -140,7 +143,7 @@ class TrackLag(NamedTuple):
         ``before`` and ``track`` are the target's velocities.  Splines tell the controller no acceleration
         (``SplineCurve`` has none): its gains and its integral alone push the vehicle.
         """
-        gap, velocity, held, pushed, pace, flown = behind
+        gap, velocity, held, pushed, pace, flown, is_chance = behind
         change = (track - before) / time_s
         done, real = 0.0, 0.0
         followed = min(time_s, _LONGEST_FOLLOWED_S)
@@ -157,6 +160,7 @@ class TrackLag(NamedTuple):
             asked /= 1.0 + VELOCITY_DERIVATIVE
             grown = held + VELOCITY_INTEGRAL_PER_S2 * error * step
             if abs(asked) > self.lean_m_s2:
+                is_chance |= pace <= _SLOWEST_PACE
                 if (error * asked.conjugate()).real > 0.0 and abs(grown) > abs(held):
                     grown *= abs(held) / abs(grown)
                 asked = self.leant(asked, target)
@@ -171,9 +175,11 @@ class TrackLag(NamedTuple):
             pace = max(pace + (wanted - pace) * min(step / self.filter_s, 1.0), _SLOWEST_PACE)
         if followed < time_s:  # and the rest as it was at the end of that
             flown += abs(track) * (time_s - done)
-            settled = self.steady(track)._replace(gap_m=gap, pace=pace, flown_m=flown)
+            settled = self.steady(track)._replace(
+                gap_m=gap, pace=pace, flown_m=flown, is_chance=is_chance
+            )
             return settled, real + (time_s - done) / pace
-        return Behind(gap, velocity, held, pushed, pace, flown), real
+        return Behind(gap, velocity, held, pushed, pace, flown, is_chance), real
 
     def leant(self, asked_m_s2: complex, along: complex) -> complex:
         """Return what the greatest lean gives of an acceleration: what is across a direction first.
