@@ -11,6 +11,7 @@ from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
+from planner.mission.items import MissionFormat
 from planner.mission.route.stage import FenceAction, StageKind
 from planner.rules.assessment import numbers
 from planner.rules.declaration import FENCE, NotEvaluated, judges
@@ -156,8 +157,8 @@ FENCE_IN_PART = Rule(
     why="A circle of the parameters lies about home, the flight begins there and returns lead there; none of "
     "them is where the file says nothing.",
     how="No planned home, and an edge of the fence or a greatest distance from home within 500 m of all the "
-    "flight, as far as a small multicopter is seen; limits of height above home where items have AMSL "
-    "altitudes and --home-amsl is not given.",
+    "flight, as far as a small multicopter is seen (a warning for drawings and other makers' missions, which "
+    "tell none); limits of height above home where items have AMSL altitudes and no --home-amsl is given.",
     fix="save the mission with its planned home",
     instead="a mission with its home",
 )
@@ -263,6 +264,7 @@ def flight_in_fence(a: Assessment) -> Iterator[Finding]:
     """Yield what is wrong with the areas of a fence, and where a flight or its returns leave them."""
     flown = a.fenced
     yield from flown.area.findings
+    states_home = a.mission.file_format is not MissionFormat.FOREIGN
     if a.mission.home is None and not all(
         flown.is_clear_of(barrier, beside_m=IN_SIGHT_M) for barrier in flown.area.barriers
     ):
@@ -270,6 +272,7 @@ def flight_in_fence(a: Assessment) -> Iterator[Finding]:
             FENCE_IN_PART,
             "no home in the file: the way from there to the first place, returns and distances from home are "
             "not checked against the fence",
+            severity=None if states_home else Severity.WARNING,
         )
     barriers = [barrier for barrier in flown.area.barriers if not flown.is_clear_of(barrier)]
     if not barriers:

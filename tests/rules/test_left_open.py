@@ -13,6 +13,7 @@ from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner import quantity
 from planner.findings import Severity
+from planner.mission.items import MissionFormat
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -213,6 +214,9 @@ def test_a_fence_about_an_unknown_home_is_an_error(parameters: str, *, is_error:
     one = replace(mission(takeoff(20), waypoint(100, 20), rtl()), home=None)
     told = found(one, ARDUPILOT, parameters)
     assert [f.severity for f in told if f.code == "F109"] == [Severity.ERROR] * is_error
+    # No drawing, and no other maker's mission, tells a home.
+    drawn = found(replace(one, file_format=MissionFormat.FOREIGN), ARDUPILOT, parameters)
+    assert [f.severity for f in drawn if f.code == "F109"] == [Severity.WARNING] * is_error
 
 
 @pytest.mark.parametrize(
