@@ -504,9 +504,9 @@ def mission_of_lists(
     altitude_m = None if home is None else home.altitude_amsl_m
     fence_rows = lists.get(MissionKind.FENCE) or ()
     fence, about_fence = make_fence([read_item(row, identity=identity) for row in fence_rows])
-    rally_rows = lists.get(MissionKind.RALLY) or ()
     rally, about_rally = make_rally_points(
-        [read_item(row, identity=identity) for row in rally_rows], home_altitude_amsl_m=altitude_m
+        [read_item(row, identity=identity) for row in lists.get(MissionKind.RALLY) or ()],
+        home_altitude_amsl_m=altitude_m,
     )
     return Mission(
         source=source,

@@ -14,6 +14,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
+from planner.flight.motion.px4.moves import SHORTEST_L1_M
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.prediction import HOVER_HEIGHT_M
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
@@ -387,10 +388,6 @@ def _throttle_limited(
     )
 
 
-_ON_ITS_WAY_M = 5.0
-"""Nearer to where it circles than this PX4 is there (``_L1``'s shortest distance)."""
-
-
 @judges(ITEM_NOT_MODELLED, needs=(PX4,))
 def _waits_on_the_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
     """Report waits behind a LOITER_TO_ALT that counts as reached from afar: PX4 flies there meanwhile.
@@ -404,7 +401,7 @@ def _waits_on_the_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
             continue
         away_m = math.hypot(loiter.east_m - before.east_m, loiter.north_m - before.north_m)
         is_level = abs(loiter.height_m - before.height_m) <= parameters.altitude_acceptance_m
-        near_m = max(_ON_ITS_WAY_M, loiter.radius_m)
+        near_m = max(SHORTEST_L1_M, loiter.radius_m)
         if is_level and away_m > near_m and wait.hold_s > 0.0 and wait.item not in told:
             told.add(wait.item)
             yield a.finding(

@@ -234,6 +234,10 @@ def _step_paused(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
             weaves.astray_m[row] = max(one.astray_m for one in several)
         else:
             weaves.is_open[row] = differ_s > _TWO_WAYS_S and planned.leaves_circle[row]
+        # What is tried from near by is flown from where the vehicle is.
+        off_m = begun.place_m[row] - planned.target_m[row] - swung.place_m[0]
+        left = 1.0 - swung.time_s / (swung.time_s[-1] or 1.0)
+        swung = replace(swung, place_m=swung.place_m + left[:, None] * off_m)
         weaves.step(row, swung, planned.target_m[row], turns)
         weaves.is_held[row] = circles[row]
 
