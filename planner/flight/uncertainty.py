@@ -119,8 +119,8 @@ class ModelErrors(Value, eq=False, dict=True):
     """Relative, of a stopping distance. [-]"""
     landing_rank: FloatArray
     """Fraction of landings that are sooner found over."""
-    heading_rank: FloatArray
-    """Fraction of headings that are nearer to the one asked for."""
+    wait_rank: FloatArray
+    """Fraction of the cases of waits that are not certain before the one that it is."""
     noise: FloatArray
     """Relative, of the noise of the position. [-]"""
 
@@ -141,11 +141,11 @@ class ModelErrors(Value, eq=False, dict=True):
             sampled_s += math.sqrt(landings) * self.landing_s
         return sampled_s
 
-    def heading_delay_s(self, spread_s: FloatArray | None) -> FloatArray:
-        """Return how much longer than predicted headings are waited for. [s]"""
+    def wait_delay_s(self, spread_s: FloatArray | None) -> FloatArray:
+        """Return how much longer than predicted it is waited where that is not certain. [s]"""
         if spread_s is None:
-            return np.zeros_like(self.heading_rank)
-        return spread_s[(self.heading_rank * len(spread_s)).astype(np.intp)]
+            return np.zeros_like(self.wait_rank)
+        return spread_s[(self.wait_rank * len(spread_s)).astype(np.intp)]
 
     def landing_delay_s(self, sooner_s: float, later_s: float) -> FloatArray:
         """Return how much later than predicted landings are over: most often as predicted. [s]
@@ -175,7 +175,7 @@ class ModelErrors(Value, eq=False, dict=True):
 @lru_cache(maxsize=2)
 def sample_errors(spread: ModelSpread) -> ModelErrors:
     """Return samples of the errors of a model, always the same ones."""
-    normal, student, landing_rank, heading_rank, noise = _standard_samples(spread.n_flights)
+    normal, student, landing_rank, wait_rank, noise = _standard_samples(spread.n_flights)
     of_states = dict(spread.energy_state_fraction)
     landing_s = spread.landing_time_s
     return ModelErrors(
@@ -186,7 +186,7 @@ def sample_errors(spread: ModelSpread) -> ModelErrors:
         state=np.array([[of_states.get(state, 0.0)] for state in STATES]) * student[_KINDS],
         stopping=(spread.stopping_distance_fraction or 0.0) * student[2],
         landing_rank=landing_rank,
-        heading_rank=heading_rank,
+        wait_rank=wait_rank,
         noise=np.expm1((spread.position_noise_fraction or 0.0) * noise),
     )
 
@@ -544,7 +544,7 @@ def sample_times(flight: Flight, setup: Setup, spread: ModelSpread) -> Scenarios
         motion = flight.motion
         legs, landings = motion.leg_count, motion.landing_count
         time_s = errors.times_s(flight.time_s, legs=legs, landings=landings)
-        time_s += errors.heading_delay_s(motion.heading_spread_s)
+        time_s += errors.wait_delay_s(motion.wait_spread_s)
         if setup.position_noise_m in {None, flight.power.vehicle.position_noise_m}:  # not measured
             time_s += errors.noise * motion.noise_delay_s
         if errors.landing_s is None:
@@ -581,7 +581,7 @@ def sample_flights(
     tightest = None if sweep is None else _with_corners(returns, sweep, weather)
     at_points = _energies_j(returns, tightest, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, samples))
-    energy_wh[0] += _turning_wh(returns.flight, samples)
+    energy_wh[0] += _waiting_wh(returns.flight, samples)
     return replace(
         timed,
         energy_wh=energy_wh[0],
@@ -632,21 +632,21 @@ def predict_energy_band(
     powers = tuple(weather.powers())
     used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
     energy_wh = wh_from_j(weather.with_errors(used_j, samples))
-    energy_wh[segments >= flight.motion.heading_segment] += _turning_wh(flight, samples)
+    energy_wh[segments >= flight.motion.wait_segment] += _waiting_wh(flight, samples)
     low_wh, high_wh = np.quantile(energy_wh, (LOW, HIGH), axis=1)
     return low_wh, high_wh
 
 
-def _turning_wh(flight: Flight, samples: UnknownSamples) -> FloatArray:
-    """Return what waits for unknown headings take beyond their mean, in a hover. (samples,) [Wh]"""
-    spread_s = flight.motion.heading_spread_s
+def _waiting_wh(flight: Flight, samples: UnknownSamples) -> FloatArray:
+    """Return what waits that are not certain take beyond those predicted, in a hover. (samples,) [Wh]"""
+    spread_s = flight.motion.wait_spread_s
     if spread_s is None:
         return np.zeros(SAMPLES)
     segments = flight.motion.segments
     hovers = segments.state == STATE_INDEX[FlightState.HOVER]
     hovers = hovers if hovers.any() else np.ones_like(hovers)
     hover_w = flight.segment_energy_j[hovers].sum() / segments.duration_s[hovers].sum()
-    return wh_from_j(hover_w * samples.errors.heading_delay_s(spread_s))
+    return wh_from_j(hover_w * samples.errors.wait_delay_s(spread_s))
 
 
 def tightest_rows(sweep: ReturnSweep, setup: Setup) -> ReturnSweep:

@@ -226,7 +226,7 @@ class GroundProfile(Value, eq=False):
 
 
 _COMPARED = 129
-"""Places each way at which overlapping tiles are compared."""
+"""Places each way at which the ground of a box is looked up, and overlapping tiles are compared."""
 _SAME_GROUND_M = 0.01
 """Tiles that differ by no more were cut from one. [m]"""
 _NARROW_DEG = 180.0
@@ -337,18 +337,16 @@ class TerrainGrid(Value):
         has = [one.reaches(*one.row_column(*where), _OWN) for one in self.tiles]
         return height.reshape(4, -1), np.any(has, axis=0).reshape(4, -1)
 
-    def lowest_amsl_m(self, latitude_deg: FloatArray, longitude_deg: FloatArray) -> float:
-        """Return the lowest height that is known at 129 places each way of a box, by its corners. [m]
-
-        NaN where none is.
-        """
+    def heights_within_amsl_m(
+        self, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> MaskedHeights:
+        """Return heights at 129 places each way of a box, by its corners (2,); masked: not known. [m]"""
         (south, north), (west, east) = latitude_deg, longitude_deg
         places = np.meshgrid(
             np.linspace(south, north, _COMPARED),
             west + np.linspace(0.0, (east - west) % 360.0, _COMPARED),
         )
-        heights = self.height_amsl_m(*places).compressed()
-        return float(heights.min()) if len(heights) else math.nan
+        return self.height_amsl_m(*places)
 
     def others(
         self, latitude_deg: FloatArray, longitude_deg: FloatArray

@@ -181,10 +181,6 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Found]:
     )
 
 
-_PLACES_IN_SIGHT = 129
-"""Each way, at which the ground is looked up about a home that is not known: every 8 m."""
-
-
 @judges(HOME_UNKNOWN, needs=(TERRAIN_ABOUT_UNKNOWN_HOME,))
 def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     """Yield a finding where a flight from a home near its first place may be too low over the ground.
@@ -192,9 +188,9 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
     Begun from the lowest ground in sight it is so much lower than from the first place, and comes over the
     highest of it to there, and home.
     """
-    axis_m = np.linspace(-IN_SIGHT_M, IN_SIGHT_M, _PLACES_IN_SIGHT)
-    east_m, north_m = (side.ravel() for side in np.meshgrid(axis_m, axis_m))
-    ground_m = terrain.height_amsl_m(*a.route.frame.latitude_longitude_deg(east_m, north_m))
+    corners_m = np.array([-IN_SIGHT_M, IN_SIGHT_M])
+    box_deg = a.route.frame.latitude_longitude_deg(corners_m, corners_m)
+    ground_m = terrain.heights_within_amsl_m(*box_deg)
     in_sight = quantity.distance(IN_SIGHT_M)
     if np.ma.getmaskarray(ground_m).any():
         yield a.finding(

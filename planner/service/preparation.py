@@ -254,8 +254,8 @@ def over_its_ground(prepared: Preparation) -> Preparation:
         ]
     )
     ends_m = np.stack((places_m.min(axis=0), places_m.max(axis=0)))
-    lowest_m = terrain.lowest_amsl_m(*route.frame.latitude_longitude_deg(*ends_m.T))
-    below_m = route.ground_datum_m - lowest_m
+    ground_m = terrain.heights_within_amsl_m(*route.frame.latitude_longitude_deg(*ends_m.T))
+    below_m = route.ground_datum_m - float(ground_m.filled(np.inf).min())
     if not below_m > 0.0:
         return prepared
     return replace(prepared, setup=replace(setup, wind=replace(wind, ground_below_m=below_m)))

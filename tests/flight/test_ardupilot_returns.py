@@ -229,14 +229,14 @@ def test_a_return_begun_behind_a_stop_may_stand_still_where_wpnav_jerk_is_high(
         home(),
         parameters=ArduPilotParameters(jerk_m_s3=jerk_m_s3),
     )
-    spread_s = motion.heading_spread_s
+    spread_s = motion.wait_spread_s
     told = [one.severity for one in motion.findings if one.code == "T102"]
     if most_s:
         assert spread_s is not None
         assert spread_s.max() == pytest.approx(most_s, abs=0.1)
         assert spread_s.min() == 0.0
         assert (spread_s == 0.0).mean() == pytest.approx(0.5, abs=0.02)
-        assert motion.heading_segment == motion.arrival_segment[1] + 1
+        assert motion.wait_segment == motion.arrival_segment[1] + 1
         assert told == [Severity.WARNING]
     else:
         assert spread_s is None

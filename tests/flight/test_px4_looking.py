@@ -111,8 +111,8 @@ def test_no_heading_is_waited_for_where_a_time_ends_the_wait() -> None:
 def test_a_heading_not_known_is_any_and_their_mean_is_taken() -> None:
     places = ring(12.0, 8, 6.0)
     motion = fly_px4((takeoff(20.0), *places), PX4)
-    assert motion.heading_spread_s is not None
-    assert motion.heading_spread_s.min() < 0.0 < motion.heading_spread_s.max()
+    assert motion.wait_spread_s is not None
+    assert motion.wait_spread_s.min() < 0.0 < motion.wait_spread_s.max()
 
 
 def test_a_vehicle_looks_on_while_it_is_delayed() -> None:

@@ -315,8 +315,8 @@ def test_what_any_heading_takes_lies_within_the_spread(heading_deg: float) -> No
     )
     anyhow = fly_px4(stages, PX4)
     known = fly_px4(stages, PX4, heading_rad=math.radians(heading_deg))
-    assert known.heading_spread_s is None
-    spread_s = anyhow.heading_spread_s
+    assert known.wait_spread_s is None
+    spread_s = anyhow.wait_spread_s
     assert spread_s is not None
     # Half a turn to that of home is the most there is; any turn takes 2.909 s in the mean.
     assert spread_s.mean() == pytest.approx(2.909 - (6.0 - math.sqrt(1.2)), abs=0.01)

@@ -335,10 +335,10 @@ class Motion(Value, eq=False, dict=True):
     """How much longer it takes for the noise of the position, in proportion to that. [s]"""
     landing_spread_s: tuple[float, float] = (0.0, 0.0)
     """How much sooner and how much later than predicted its landings may be over, together. [s]"""
-    heading_spread_s: FloatArray | None = None
-    """How much longer its waits may be for headings from one that is not known, or for a target that stands,
-    for each turn that is as likely as another.  ``None``: there are none.  (k,) [s]"""
-    heading_segment: int = 0
+    wait_spread_s: FloatArray | None = None
+    """How much longer its waits may be: for the heading, from one that is not known, or for a target that
+    stands; of cases that are each as likely.  ``None``: its waits are certain.  (k,) [s]"""
+    wait_segment: int = 0
     """The segment from which on that counts."""
     slowed: SlowedLegs | None = None
     """``None``: every leg is flown as fast as commanded, as far as the wind goes."""

@@ -32,7 +32,7 @@ from planner.flight.motion.ardupilot.stages import (
     stage_columns,
 )
 from planner.flight.motion.ardupilot.timeline import make_motion
-from planner.flight.motion.ardupilot.track_lag import CLIMB_LAG_S, TrackLag
+from planner.flight.motion.ardupilot.track_lag import TrackLag
 from planner.flight.motion.ardupilot.vertical import (
     change_of_height,
     landing,
@@ -189,16 +189,15 @@ def _flown(
     slowed = [
         one for one in (legs.slowed, None if splines is None else splines.slowed) if one is not None
     ]
-    return replace(
+    motion = replace(
         motion,
-        wander_m=past_stops_m(legs, lag) + (0.0 if flown_splines is None else flown_splines.wide_m),
-        beside=None if flown_splines is None else flown_splines.beside(motion, scale),
-        climb_lag_s=0.0 if flown_splines is None else CLIMB_LAG_S,
-        heading_spread_s=standing.spread_s(),
-        heading_segment=int(motion.done_segment[standing.stage[:1] - 1].sum()) + 1,
+        wander_m=past_stops_m(legs, lag),
+        wait_spread_s=standing.spread_s(),
+        wait_segment=int(motion.done_segment[standing.stage[:1] - 1].sum()) + 1,
         slowed=SlowedLegs.joined(slowed) if slowed else None,
         circles=circles.at_rate(stages.item),
     )
+    return motion if flown_splines is None else flown_splines.counted(motion, scale)
 
 
 def _settling(

@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.legs import faster_findings, limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
-from planner.flight.motion.ardupilot.track_lag import SETTLED_S, Behind, TrackLag
+from planner.flight.motion.ardupilot.track_lag import CLIMB_LAG_S, SETTLED_S, Behind, TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s, slowed_legs
 from planner.flight.motion.kinematics import (
     Beside,
@@ -113,11 +113,20 @@ class FlownSplines(NamedTuple):
     ways: list[_FollowedWay]
     """Of each spline. (n,)"""
 
-    def beside(self, motion: Motion, scale: tuple[float, float]) -> Beside:
-        """Return where the vehicle is beside the motion that the splines are part of.
+    def counted(self, motion: Motion, scale: tuple[float, float]) -> Motion:
+        """Return the motion that the splines are part of, with where the vehicle is beside it.
 
         ``scale`` is the autopilot's metres per metre, eastward and northward.
         """
+        return replace(
+            motion,
+            wander_m=motion.wander_m + self.wide_m,
+            beside=self._beside(motion, scale),
+            climb_lag_s=CLIMB_LAG_S,
+        )
+
+    def _beside(self, motion: Motion, scale: tuple[float, float]) -> Beside:
+        """Return where the vehicle is beside the motion that the splines are part of."""
         before = np.where(self.stage > 0, motion.done_segment[self.stage - 1], -1)
         begun_s = motion.segments.start_s[before + 1]
         times, gaps = [], []

@@ -192,7 +192,7 @@ class Px4Pilot(Value):
             return motion
         first = int(np.argmax(motion.segments.item == moves.item[turned[0]]))
         spread_s = any_turn_s.sum(axis=1) - taken_s.sum()
-        return replace(motion, heading_spread_s=spread_s, heading_segment=first)
+        return replace(motion, wait_spread_s=spread_s, wait_segment=first)
 
     def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights of RTL_RETURN_ALT and its cone."""
