@@ -169,15 +169,33 @@ class TerrainTile(Value, eq=False):
     ) -> tuple[FloatArray, FloatArray]:
         """Return the centres of the cells higher than a height, among those around places. (k,), (k,) [°]"""
         row, column = self.row_column(latitude_deg, longitude_deg)
+        around, first_row, first_column = self._around(row, column, beyond=1.0)
+        rows, columns = np.nonzero(around > height_amsl_m)
+        return self.latitude_longitude_deg(rows + first_row, columns + first_column)
+
+    def cells_among_amsl_m(
+        self, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> npt.NDArray[np.float32]:
+        """Return the heights at centres of cells among dense places; NaN where it has none. (k,) [m]"""
+        row, column = self.row_column(latitude_deg, longitude_deg)
+        near = np.isfinite(row) & np.isfinite(column)
+        if not near.any():
+            return np.empty(0, np.float32)
+        return self._around(row[near], column[near], beyond=0.0)[0].ravel()
+
+    def _around(
+        self, row: FloatArray, column: FloatArray, *, beyond: float
+    ) -> tuple[npt.NDArray[np.float32], int, int]:
+        """Return the cells among places, and less than so many beyond, and the first row and column."""
         window = []
         for own, size in zip((row, column), self.heights_amsl_m.shape, strict=True):
             is_known = bool(np.isfinite(own).all())
             low, high = (own.min(), own.max()) if is_known else (0.0, size)
-            window.append(slice(max(int(low), 0), max(int(high) + 2, 0)))
+            begin, end = math.floor(low - beyond) + 1, math.ceil(high + beyond)
+            window.append(slice(max(begin, 0), max(end, 0)))
         grid = self.heights_amsl_m
         around = grid[tuple(window)] if isinstance(grid, np.ndarray) else grid.part(*window)
-        rows, columns = np.nonzero(around > height_amsl_m)
-        return self.latitude_longitude_deg(rows + window[0].start, columns + window[1].start)
+        return around, window[0].start, window[1].start
 
     def latitude_longitude_deg(
         self, row: npt.NDArray[Any], column: npt.NDArray[Any]
@@ -341,12 +359,14 @@ class TerrainGrid(Value):
         self, latitude_deg: FloatArray, longitude_deg: FloatArray
     ) -> MaskedHeights:
         """Return heights at 129 places each way of a box, by its corners (2,); masked: not known. [m]"""
-        (south, north), (west, east) = latitude_deg, longitude_deg
-        places = np.meshgrid(
-            np.linspace(south, north, _COMPARED),
-            west + np.linspace(0.0, (east - west) % 360.0, _COMPARED),
-        )
-        return self.height_amsl_m(*places)
+        return self.height_amsl_m(*_places_within(latitude_deg, longitude_deg))
+
+    def cells_within_amsl_m(
+        self, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> npt.NDArray[np.float32]:
+        """Return heights at all centres of cells in a box, by its corners (2,); NaN: not known. (k,) [m]"""
+        places = _places_within(latitude_deg, longitude_deg)
+        return np.concatenate([tile.cells_among_amsl_m(*places) for tile in self.tiles])
 
     def others(
         self, latitude_deg: FloatArray, longitude_deg: FloatArray
@@ -463,6 +483,16 @@ def _between(
     across = np.where(crest > 0.0, down, 1.0 - down)
     lift = np.minimum(right, across) * (1.0 - np.maximum(right, across))
     return np.where(lift > 0.0, height + np.abs(crest) * lift, height)
+
+
+def _places_within(
+    latitude_deg: FloatArray, longitude_deg: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return 129 places each way of a box, by its corners (2,). (129, 129), (129, 129) [°]"""
+    (south, north), (west, east) = latitude_deg, longitude_deg
+    across = np.linspace(0.0, (east - west) % 360.0, _COMPARED)
+    latitude, longitude = np.meshgrid(np.linspace(south, north, _COMPARED), west + across)
+    return latitude, longitude
 
 
 def _most_apart(

@@ -11,6 +11,7 @@ from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
+from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.items import MissionFormat
 from planner.mission.route.stage import FenceAction, StageKind
 from planner.rules.assessment import numbers
@@ -158,7 +159,8 @@ FENCE_IN_PART = Rule(
     "them is where the file says nothing.",
     how="No planned home, and an edge of the fence or a greatest distance from home within 500 m of all the "
     "flight, as far as a small multicopter is seen (a warning for drawings and other makers' missions, which "
-    "tell none); limits of height above home where items have AMSL altitudes and no --home-amsl is given.",
+    "tell none); limits of height above home where items have altitudes AMSL or above terrain and no "
+    "--home-amsl is given.",
     fix="save the mission with its planned home",
     instead="a mission with its home",
 )
@@ -248,14 +250,20 @@ def _switched_on(a: Assessment, _limits: FenceLimits) -> Iterator[NotEvaluated]:
 )
 def _fenced_flight(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
     yield from flight_in_fence(a)
-    is_high_above_home = a.route.amsl_items and a.setup.home_amsl_m is None
-    is_limited = (limits.ceiling_m, limits.floor_m) != (None, None)
-    if a.mission.home is None and is_high_above_home and is_limited:
+    if a.mission.home is not None or a.setup.home_amsl_m is not None:
+        return
+    over_terrain = [
+        one.item
+        for one in a.route.stages
+        if one.item > 0 and a.mission.items[one.item - 1].frame in TERRAIN_FRAMES
+    ]
+    numbers = sorted({*a.route.amsl_items, *over_terrain})
+    if numbers and (limits.ceiling_m, limits.floor_m) != (None, None):
         yield a.finding(
             FENCE_IN_PART,
-            "no home in the file: how high above it items with AMSL altitudes are is not checked against the "
-            "fence",
-            item=a.route.amsl_items[0],
+            "no home in the file: how high above it items with altitudes AMSL or above terrain are is not "
+            "checked against the fence",
+            item=numbers[0],
             fix="save the mission with its planned home, or give --home-amsl",
         )
 

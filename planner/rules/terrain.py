@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.flight.returns.destination import HOME
 from planner.mission.commands import GLOBAL_FRAMES, RELATIVE_FRAMES
 from planner.mission.route.position import TERRAIN_ASSUMED_LEVEL
 from planner.mission.route.route import HOME_UNKNOWN
@@ -27,17 +28,12 @@ from planner.rules.clearance import (
     falls_short_m,
     led_heights_m,
     near_home_cut,
+    near_home_m,
     nearest_m,
     sides_of,
     too_near_text,
 )
-from planner.rules.declaration import (
-    ARDUPILOT,
-    TERRAIN,
-    TERRAIN_ABOUT_UNKNOWN_HOME,
-    NotEvaluated,
-    judges,
-)
+from planner.rules.declaration import TERRAIN, TERRAIN_ABOUT_UNKNOWN_HOME, NotEvaluated, judges
 from planner.rules.left_open import IN_SIGHT_M
 from planner.rules.low_returns import is_vertical_at_ground
 from planner.rules.terrain_following import (
@@ -45,11 +41,17 @@ from planner.rules.terrain_following import (
     following_parameters,
     follows_terrain,
     known_above_m,
+    returns_follow_terrain,
     returns_from_ends_m,
     stage_ends_m,
 )
-from planner.rules.terrain_returns import RETURN_BELOW_TERRAIN, return_spacing_m, returns_too_low
-from planner.values import Value
+from planner.rules.terrain_returns import (
+    RETURN_BELOW_TERRAIN,
+    level_returns_too_low,
+    return_spacing_m,
+    returns_too_low,
+)
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -58,7 +60,6 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.path import FlightLines, FlownPath
     from planner.geo.terrain import TerrainGrid
-    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.rules.clearance import Clearance
     from planner.rules.declaration import Found
@@ -201,18 +202,14 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
             fix="set the planned home position in the mission, or give --terrain that reaches so far",
         )
         return
-    start_m, first = a.route.home_amsl_m, a.route.stages[0]
-    lowest_m, highest_m = float(ground_m.min()), float(ground_m.max())
-    lower_m = 0.0 if a.setup.home_amsl_m is not None else max(start_m - lowest_m, 0.0)
-    # On the way out as high as it takes off, on the way back as low as it flies, or returns.
-    low_m, own = math.inf, ARDUPILOT.of(a)
-    returns_m = -math.inf if own is None else own.return_altitude_m
-    in_the_air = (one for one in a.route.stages if one.kind in IN_THE_AIR)
-    lowest = min(in_the_air, key=_height_m, default=first)
-    for stage, height_m in ((first, first.height_m), (lowest, max(lowest.height_m, returns_m))):
-        if not follows_terrain(a, stage.item):
-            low_m = min(low_m, start_m - _lower_m(a, stage.item, lower_m) + height_m - highest_m)
+    cells_m = terrain.cells_within_amsl_m(*box_deg)
+    lowest_m = float(np.fmin.reduce(cells_m, initial=ground_m.min()))
+    highest_m = float(np.fmax.reduce(cells_m, initial=ground_m.max()))
+    lower_m = max(a.route.home_amsl_m - lowest_m, 0.0)
+    if a.setup.home_amsl_m is not None:
+        lower_m = 0.0
     flown = _flown(a, terrain, STRAIGHT_M)
+    low_m = _way_low_m(a, lower_m, highest_m) - highest_m
     if flown is not None:
         least_m, _, _ = flown.clearance.extremes_m()
         least_m -= [_lower_m(a, number, lower_m) for number in flown.item.tolist()]
@@ -225,10 +222,46 @@ def _from_unknown_home(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]
             f"{too_near_text(a, low_m)}",
             severity=Severity.ERROR,
         )
+    elif flown is not None and lower_m and RELATIVE_FRAMES.issuperset(_asked_frames(a)):
+        below = replace(a, route=replace(a.route, ground_datum_m=a.route.ground_datum_m - lower_m))
+        for one in level_returns_too_low(below, terrain, a.path, flown.legs):
+            if not isinstance(one, NotEvaluated):
+                yield a.finding(
+                    HOME_UNKNOWN,
+                    f"no home in the file: taken off {quantity.height(lower_m)} lower than the first place, "
+                    f"{one.message}",
+                    item=one.item,
+                    severity=Severity.ERROR,
+                )
 
 
-def _height_m(stage: Stage) -> float:
-    return stage.height_m
+def _way_low_m(a: Assessment, lower_m: float, highest_m: float) -> float:
+    """Return the lowest height of the ways out and home from where home is so much lower. [m AMSL]
+
+    On the way out it is as high as it takes off, and as the first place; from every place it may return, as
+    high as it is there, or returns from as far away as the highest ground is above home (45°): nearer, cones
+    keep it low.
+    """
+    home_m, stages = a.route.home_amsl_m - lower_m, a.route.stages
+    rows = [row for row, one in enumerate(stages) if one.kind in IN_THE_AIR]
+    above_m = np.array([one.height_m for one in stages])
+    above_m += [lower_m - _lower_m(a, one.item, lower_m) for one in stages]
+    out = [row for row in {0, *rows[:1]} if not follows_terrain(a, stages[row].item)]
+    low_m = float(above_m[out].min(initial=math.inf))
+    if rows and not returns_follow_terrain(a):
+        row = np.array(rows)
+        away_m = max(near_home_m(a.setup.clearance_m), highest_m - home_m)
+        begin_m = np.column_stack((np.full(len(row), away_m), np.zeros(len(row)), above_m[row]))
+        targets = a.returns.destinations.targets(row, HOME, begin_m)
+        begin_m[:, :2] += targets.ground_m[:, :2]
+        low_m = min(low_m, float(a.returns.pilot.return_heights_m(begin_m, targets).min()))
+    return home_m + low_m
+
+
+def _asked_frames(a: Assessment) -> list[int]:
+    """Return the frames of the places that are flown to."""
+    numbers = {one.item for one in a.route.stages if one.kind in IN_THE_AIR and one.item > 0}
+    return [a.mission.items[number - 1].frame for number in numbers]
 
 
 def _lower_m(a: Assessment, number: int, home_m: float) -> float:

@@ -192,6 +192,14 @@ def _waits_below_ground(a: Assessment, parameters: Px4Parameters) -> Iterator[Fi
         )
 
 
+def level_returns_too_low(
+    a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray
+) -> Iterator[Found]:
+    """Yield a finding where a return from legs of the path meets the ground."""
+    stretches = _level_stretches(a, path, legs, terrain.cell_m)
+    yield from _judged(a, terrain, stretches, terrain.cell_m)
+
+
 def returns_too_low(
     a: Assessment, terrain: TerrainGrid, path: FlownPath, legs: IntArray, cell_m: float
 ) -> Iterator[Found]:

@@ -6,9 +6,10 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
-from made_terrain import ground, slope, wide
+from made_terrain import ground, of_heights, slope, wide
 from rule_cases.case import ARDUPILOT, PX4, found
 
 from planner import quantity
@@ -20,7 +21,11 @@ from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.autopilot import Autopilot
+    from planner.geo.terrain import TerrainGrid
+    from planner.mission.items import MissionItem
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
@@ -172,7 +177,7 @@ def test_altitudes_that_do_not_count_from_an_unknown_home_are_as_high_wherever_i
     height_m = 530.0 if frame == 0 else 30.0
     legs = [item(command, north(100), height_m, frame=frame) for command in (22, 16)]
     one = replace(mission(*legs, rtl()), home=None)
-    told = found(one, ARDUPILOT, "RTL_ALT,0\n", terrain=sloping)
+    told = found(one, ARDUPILOT, "RTL_ALT,6000\n", terrain=sloping)
     errors = [f.message for f in told if f.code == "M107" and f.severity is Severity.ERROR]
     assert any("the flight may be" in one for one in errors) is is_error
 
@@ -191,6 +196,68 @@ def test_a_way_back_over_a_hill_in_sight_of_an_unknown_home_is_an_error(
     told = found(replace(mission(*legs), home=None), ARDUPILOT, given, terrain=ridge)
     errors = [f.code for f in told if f.severity is Severity.ERROR]
     assert errors == ["M107"] * is_error
+
+
+def unknown_home_errors(
+    legs: Sequence[MissionItem], autopilot: Autopilot, given: str, terrain: TerrainGrid
+) -> list[str]:
+    told = found(replace(mission(*legs), home=None), autopilot, given, terrain=terrain)
+    return [f.code for f in told if f.severity is Severity.ERROR and f.code != "E109"]
+
+
+@pytest.mark.parametrize(("first_m", "is_error"), [(54.0, True), (56.0, False)])
+def test_a_way_out_over_a_hill_goes_down_to_the_first_place(
+    first_m: float, *, is_error: bool
+) -> None:
+    # A ridge of 50 m behind which home may be; the return keeps 60 m.
+    ridge = wide(ground(50.0, at_m=-400.0))
+    legs = (takeoff(100), waypoint(100, first_m), waypoint(200, 60), rtl())
+    told = unknown_home_errors(legs, ARDUPILOT, "RTL_ALT,6000\n", ridge)
+    assert told == ["M107"] * is_error
+
+
+@pytest.mark.parametrize(("returns_m", "is_error"), [(54.0, True), (56.0, False)])
+def test_px4_returns_to_an_unknown_home_at_its_own_height(
+    returns_m: float, *, is_error: bool
+) -> None:
+    ridge = wide(ground(50.0, at_m=-400.0))
+    legs = (takeoff(100), waypoint(100, 60), waypoint(200, 40), rtl())
+    told = unknown_home_errors(legs, PX4, f"RTL_RETURN_ALT,{returns_m}\n", ridge)
+    assert told == ["M107"] * is_error
+
+
+def trench_and_ridge(trench: tuple[float, float], ridge: tuple[float, float]) -> TerrainGrid:
+    """Return ground with a trench and a ridge, each of a depth or height at a place."""
+    level = ground(0.0).tiles[0]
+    heights = [
+        np.asarray(ground(rise, at_m=at).tiles[0].heights_amsl_m) for rise, at in (trench, ridge)
+    ]
+    return wide(of_heights(heights[0] + heights[1] - np.asarray(level.heights_amsl_m), level))
+
+
+@pytest.mark.parametrize(("returns_m", "is_error"), [(61.0, True), (63.0, False)])
+def test_the_height_of_a_return_counts_from_the_lowest_home_in_sight(
+    returns_m: float, *, is_error: bool
+) -> None:
+    # Home may be 35 m down; a ridge of 22 m is between, and AMSL items are 50 m and 10 m above the ground.
+    uneven = trench_and_ridge((-35.0, -400.0), (22.0, -200.0))
+    there = (item(16, north(100), 450.0, frame=0), item(16, north(200), 410.0, frame=0))
+    told = unknown_home_errors(
+        (takeoff(100), *there, rtl()), ARDUPILOT, f"RTL_ALT,{100.0 * returns_m:g}\n", uneven
+    )
+    assert told == ["M107"] * is_error
+
+
+@pytest.mark.parametrize(("returns_m", "is_error"), [(64.0, True), (66.0, False)])
+def test_returns_over_a_hill_out_of_sight_count_from_the_lowest_home(
+    returns_m: float, *, is_error: bool
+) -> None:
+    # Home may be 20 m down; a ridge of 40 m is between home and the only place so low that RTL_ALT decides.
+    uneven = trench_and_ridge((-20.0, -300.0), (40.0, 700.0))
+    high = waypoint(100, 90), waypoint(1000, 90)
+    legs = (takeoff(90), *high, waypoint(1100, 50), waypoint(1000, 90), waypoint(100, 90), rtl())
+    told = unknown_home_errors(legs, ARDUPILOT, f"RTL_ALT,{100.0 * returns_m:g}\n", uneven)
+    assert told == ["M107"] * is_error
 
 
 def test_ground_in_sight_of_an_unknown_home_that_is_not_known_is_an_error() -> None:
@@ -220,9 +287,10 @@ def test_a_fence_about_an_unknown_home_is_an_error(parameters: str, *, is_error:
 
 
 @pytest.mark.parametrize(
-    ("home_amsl_m", "frame", "is_error"), [(None, 0, True), (400.0, 0, False), (None, 3, False)]
+    ("home_amsl_m", "frame", "is_error"),
+    [(None, 0, True), (400.0, 0, False), (None, 3, False), (None, 10, True), (400.0, 10, False)],
 )
-def test_a_ceiling_above_an_unknown_home_is_an_error_for_amsl_items(
+def test_a_ceiling_above_an_unknown_home_is_an_error_for_items_not_above_home(
     home_amsl_m: float | None, frame: int, *, is_error: bool
 ) -> None:
     height_m = 420.0 if frame == 0 else 20.0

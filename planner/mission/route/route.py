@@ -342,8 +342,8 @@ HOME_UNKNOWN = Rule(
     "margin does not hold the way from 500 m away, as far as a small multicopter is seen, and back: at the "
     "vehicle's own speed and the greater of the power of a hover and the flight's mean.  Where it does, a "
     "warning says from how far away it does: nobody has checked a take-off from farther.  With --terrain "
-    "an error, too, where a flight from the lowest ground so near would be lower than --clearance, or that "
-    "ground is not all known.",
+    "an error, too, where a flight from the lowest ground so near, or a return there, would be lower than "
+    "--clearance, the way out or home over the highest of it, or that ground is not all known.",
     fix="set the planned home position in the mission",
     instead="a mission with its home",
 )
