@@ -129,6 +129,27 @@ def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Con
                 break
 
 
+def predict_unknown(fleet: Sequence[Member], spacing: Spacing) -> frozenset[int]:
+    """Return the members that come nearer to another than they may at heights that cannot be compared."""
+    pairs = [
+        (first, second)
+        for first, second in near_pairs(fleet, spacing)
+        if not are_heights_known(fleet[first], fleet[second])
+    ]
+    return frozenset(
+        number
+        for pair in pairs
+        for sides in as_flown(*(_seen_from_above(fleet[number]) for number in pair))
+        if rough_approach(*sides, spacing) is not None
+        for number in pair
+    )
+
+
+def _seen_from_above(one: Member) -> Member:
+    own = None if one.own is None else one.own.at_no_height
+    return replace(one, trajectory=one.trajectory.at_no_height, own=own)
+
+
 def rough_approach(first: Member, second: Member, spacing: Spacing) -> ClosestApproach | None:
     """Return the closest approach at whatever starts, to 5 % of the separation; ``None``: not too near."""
     return _approach(first, second, spacing, accuracy_m=_ROUGHLY * spacing.separation_m)

@@ -107,6 +107,17 @@ class Trajectory(Value, eq=False, dict=True):
     pace: Pace | None = None
     """``None``: no flight is known to be alike."""
 
+    @property
+    def at_no_height(self) -> Trajectory:
+        """As seen from above: whatever its heights, what it comes near to it comes near to beside it."""
+        flat = np.array([1.0, 1.0, 0.0])
+        return replace(
+            self,
+            control_m=self.control_m * flat,
+            low_m=self.low_m * flat,
+            high_m=self.high_m * flat,
+        )
+
     @cached_property
     def reach(self) -> Trajectory:
         """Where it flies and, told to stop at any time, gets to: parts beside parts, ever further ahead."""

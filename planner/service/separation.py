@@ -18,11 +18,14 @@ from planner.fleet.separation import (
     clearing_delay_s,
     predict_approach,
     predict_conflicts,
+    predict_unknown,
 )
 from planner.fleet.trajectory import Pace, make_trajectory
 from planner.mission.commands import Command
+from planner.mission.items import MissionFormat
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
+from planner.rules.left_open import IN_SIGHT_M
 from planner.rules.wind import circles_off_m
 from planner.service.preflight import CheckResult, UnreadableMission, verdict
 from planner.setting import taking_settings
@@ -82,9 +85,10 @@ SEPARATION_UNCHECKED = Rule(
     why="A vehicle that was left out is in the air all the same.",
     how="--separation requires it, and another mission could not be read or flies nothing, the flight "
     "never rises to --min-nav-alt, or the altitude of a home is unknown (none, or 0) where homes are "
-    "more than 1 m apart: heights are then compared above home.  An error in a fleet file, and where one "
-    "waits on the ground for what its times do not count (T107), or flies a spline that a step-response "
-    "model is predicted to fly straight.",
+    "more than 1 m apart: heights are then compared above home.  An error in a fleet file, where such two "
+    "come too near to each other seen from above, where a file without a home (but of a drawing) is within "
+    "500 m of another's flight, and where one waits on the ground for what its times do not count (T107), or "
+    "flies a spline that a step-response model is predicted to fly straight.",
     fix="correct what is named, and check again",
     instead="a mission that can be read, and the altitude of each home",
     leaves_open=True,
@@ -157,13 +161,18 @@ def keep_apart(
         added[position] += _samesystem_id(number, cases, fleet)
     waits = [f"{one.file} {wait}" for one in results if (wait := uncounted_wait(one))]
     curves = [f"{one.file} {curve}" for one in results if (curve := uncounted_curve(one))]
+    unknown = {flown[number][0] for number in predict_unknown(fleet, spacing)}
+    begun = {flown[number][0]: other for number, other in _begun_near(cases, fleet, spacing)}
     for position, reasons in enumerate(_unchecked(results, flown, fleet, together.min_nav_alt_m)):
         if waits:
             reasons.insert(0, f"{waits[0]}{_and_more(waits)}: when it flies is not known")
         if curves:
             reasons.insert(0, f"{curves[0]}{_and_more(curves)}: where it flies is not known")
+        if position in begun:
+            reasons.insert(0, f"no home in the file: its way from there may pass {begun[position]}")
         if reasons:
-            severity = Severity.ERROR if waits or curves else None
+            is_error = waits or curves or position in unknown or position in begun
+            severity = Severity.ERROR if is_error else None
             message = "; ".join(reasons)
             added[position].append(SEPARATION_UNCHECKED.finding(message, severity=severity))
     return tuple(
@@ -187,6 +196,23 @@ def _starts_s(results: Sequence[object], together: Together) -> tuple[float, ...
         msg = f"{quantity.count(len(starts), 'start')} given for {missions}: give one for each"
         raise UsageError(msg)
     return starts
+
+
+def _begun_near(
+    cases: Sequence[Assessment], fleet: Sequence[Member], spacing: Spacing
+) -> Iterator[tuple[int, str]]:
+    """Yield the members without a home that another is in sight of, with its file; of none that tell none."""
+    reach_m = IN_SIGHT_M + spacing.separation_m
+    for number, (a, one) in enumerate(zip(cases, fleet, strict=True)):
+        if a.mission.home is not None or a.mission.file_format is MissionFormat.FOREIGN:
+            continue
+        low_m, high_m = one.reach_box_m
+        for other in fleet:
+            other_low_m, other_high_m = other.reach_box_m
+            apart_m = np.maximum(other_low_m - high_m, low_m - other_high_m)
+            if other is not one and (apart_m < reach_m).all():
+                yield number, other.file
+                break
 
 
 def known_home_amsl_m(assessment: Assessment) -> float | None:

@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
-from made_missions import HOME, item, mission, north, rtl, takeoff
+from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, north, rtl, takeoff
 from rule_cases.case import PLAIN
 from rule_cases.swarm import moved, together
 from sampled_fleet import drawn_fleet, misjudged
 
+from planner.mission.items import Mission, MissionFormat
 from planner.values import replace
+
+
+def east(one: Mission, metres: float) -> Mission:
+    """Return a mission so many metres farther east."""
+    by_deg = metres / METRES_PER_DEGREE_NORTH / math.cos(math.radians(HOME.latitude_deg))
+    home = one.home or HOME
+    return replace(
+        one,
+        source="other.plan",
+        home=replace(home, longitude_deg=home.longitude_deg + by_deg),
+        items=tuple(
+            replace(each, longitude_deg=each.longitude_deg + by_deg) if each.longitude_deg else each
+            for each in one.items
+        ),
+    )
 
 
 @pytest.mark.parametrize(
@@ -76,6 +94,36 @@ def test_a_spline_that_is_predicted_straight_keeps_nobody_apart(name: str, sever
         found = [f for f in one.findings if f.code == "S104"]
         assert [f.severity.label for f in found] == [severity] * bool(severity)
         assert all("flies the spline of item 2 as a curve" in f.message for f in found)
+
+
+@pytest.mark.parametrize(
+    ("beside_m", "amsl_m", "severities"),
+    [(4.0, 0.0, ["error"]), (6.0, 0.0, ["warning"]), (4.0, 430.0, [])],
+)
+def test_heights_that_cannot_be_compared_keep_nobody_apart(
+    beside_m: float, amsl_m: float, severities: list[str]
+) -> None:
+    # 5 m are kept. from the other.
+    other = mission(takeoff(50), item(16, north(100), 50.0), rtl())
+    other = east(replace(other, home=replace(HOME, altitude_amsl_m=amsl_m)), beside_m)
+    told = together(PLAIN, other)
+    assert [f.severity.label for f in told if f.code == "S104"] == severities
+
+
+@pytest.mark.parametrize(
+    ("away_m", "kind", "severities"),
+    [
+        (490.0, MissionFormat.PLAN, ["error"]),
+        (520.0, MissionFormat.PLAN, ["warning"]),
+        (490.0, MissionFormat.FOREIGN, ["warning"]),
+    ],
+)
+def test_a_way_from_an_unknown_home_may_pass_whoever_is_in_sight(
+    away_m: float, kind: MissionFormat, severities: list[str]
+) -> None:
+    one = replace(PLAIN, home=None, file_format=kind)
+    told = together(one, east(PLAIN, away_m))
+    assert [f.severity.label for f in told if f.code == "S104"] == severities
 
 
 def test_a_mission_that_flies_nothing_is_told_of_on_both_sides() -> None:
