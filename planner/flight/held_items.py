@@ -41,6 +41,8 @@ _NEAR_M = 2.0 * _AT_AN_END_M
 """Places on a leg nearer to each other than this are one, where no prediction agrees with itself. [m]"""
 _CURVES = frozenset({StageKind.SPLINE, StageKind.CIRCLE})
 """Stages that are not divided where a speed changes."""
+_BRAKED_FOR = frozenset({StageKind.GO, StageKind.LOITER})
+"""Straight legs behind which nothing of their stage is flown at the speeds commanded."""
 _LEG_ERROR = 0.05
 """How far the time of a leg may be off. [-]"""
 _PLACE_ERROR_M = 1.0
@@ -540,11 +542,30 @@ class _Times:
         [away_m] = self._away_m(one, np.array([end_s]))
         return any(abs(each - away_m) < _PLACE_ERROR_M for each in near_m)
 
+    def early_s(self, one: HeldItem, at_s: float) -> float | None:
+        """Return how long before the end of its leg a speed is commanded that is braked for already. [s]
+
+        ``None``: it is not.  ``SCurve::set_speed_max`` leaves a track as it is then.
+        """
+        braking_s = self._motion.braking_s
+        row = one.last_stage
+        is_speed = one.command is Command.DO_CHANGE_SPEED
+        if braking_s is None or not is_speed or self._kinds[row] not in _BRAKED_FOR:
+            return None
+        begin_s, end_s = np.interp(braking_s[row], self._own_end_s, self._end_s)
+        return float(end_s - at_s) if begin_s <= at_s < end_s else None
+
     def fraction(self, one: HeldItem) -> float | None:
-        """Return how far along its leg an item is carried out; ``None`` where it never is. [-]"""
+        """Return how far along its leg an item is carried out; ``None`` where it never is. [-]
+
+        Or where it brakes for its end, as `FollowedMission` has it.
+        """
         at_s = self.fires_s(one)
         if at_s is None:
             return None
+        early_s = self.early_s(one, at_s)
+        if early_s is not None:
+            return 1.0 + early_s
         start_m = self._places_m[one.first_stage - 1] if one.first_stage else np.zeros(3)
         end_m = self._places_m[one.last_stage]
         here_m = self._place_m(np.array([at_s]))[0]
@@ -572,7 +593,7 @@ def _reported(
     """Yield of each item that is held back what becomes of it the first time."""
     seen: set[int] = set()
     times = every[0]
-    for one, found in ((each.item, each.finding) for each in settled):
+    for one, found, fraction in ((each.item, each.finding, each.fraction) for each in settled):
         if one.item in seen:
             continue
         seen.add(one.item)
@@ -599,6 +620,8 @@ def _reported(
             message += quantity.duration(end_s - begin_s)
         else:
             message = f"{_after(one)}: carried out {quantity.duration(at_s - begin_s)} into the leg"
+            if fraction is not None and fraction > 1.0:
+                message += ", which brakes for its end already: it is flown on as before"
         yield rule.finding(
             message, severity=severity, item=one.item, place=mission.items[one.item - 1].place
         )

@@ -200,6 +200,29 @@ def test_a_higher_speed_commanded_in_passing_is_taken_up_at_the_corner() -> None
     assert took_s(motion, 2) - 1.0 == pytest.approx(expected, abs=1e-3)
 
 
+@pytest.mark.parametrize(("early_s", "is_begun"), [(4.5, False), (4.3, True), (0.5, True)])
+def test_a_speed_that_comes_as_a_leg_brakes_counts_from_where_the_next_has_got(
+    early_s: float, *, is_begun: bool
+) -> None:
+    # The next leg begins twice 2.04 + 0.15 s before this one ends: 4.38 s.
+    first = replace(stage(StageKind.GO, 500.0), next_early_s=early_s)
+    motion = fly(takeoff(), first, stage(StageKind.GO, 500.0, 500.0, speed=4.0, hold=1.0))
+    a = -0.15 + (0.15**2 + 4.0) ** 0.5
+    anew_s = 500.0 / 4.0 + 2 * (a + 0.3) - corner_half_s()
+    assert (took_s(motion, 2) - 1.0 < anew_s - 1.0) is is_begun
+    if not is_begun:
+        assert took_s(motion, 2) - 1.0 == pytest.approx(anew_s, abs=0.05)
+
+
+def test_a_waypoint_before_a_landing_whose_leg_is_divided_is_stopped_at_and_the_leg_is_one() -> (
+    None
+):
+    part = replace(stage(StageKind.GO, 100.0, 300.0), is_underway=True)
+    whole = fly(takeoff(), go(100.0), land(100.0, 500.0))
+    divided = fly(takeoff(), go(100.0), part, land(100.0, 500.0))
+    assert time_s(divided) == pytest.approx(time_s(whole), abs=1e-3)
+
+
 # Take-off and landing.
 
 

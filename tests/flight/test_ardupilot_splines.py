@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, takeoff, time_s
+from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, takeoff, time_s, took_s
 from ardupilot_times import leg_s
 from made_missions import item, mission, north, rtl
 from made_missions import takeoff as takeoff_to
 
 from planner.autopilot import Autopilot
+from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import StageKind
@@ -58,6 +59,26 @@ def test_a_spline_that_continues_a_faster_one_is_flown_faster_than_commanded() -
     assert ", to the end, up to " in message
     assert not found(60.0, 9.0, 9.0)
     assert not found(60.0, 3.0, 9.0)
+
+
+def test_a_leg_before_a_slower_spline_ends_at_the_speed_it_was_planned_for() -> None:
+    legs = (stage(StageKind.GO, 100.0, speed=9.0), stage(StageKind.SPLINE, 300.0, speed=3.0))
+    motion = fly(takeoff(), *legs, go(400.0))
+    # From rest to 9 m/s in 9/2.5 + 2.5 + 0.3 s, which costs half of it, and the start.
+    assert took_s(motion, 1) == pytest.approx(100.0 / 9.0 + 3.2 + 0.3, abs=0.1)
+
+
+@pytest.mark.parametrize(("from_m", "severity"), [(195.0, Severity.ERROR), (150.0, None)])
+def test_a_speed_lowered_just_before_a_spline_carries_the_target_beyond_its_place(
+    from_m: float, severity: Severity | None
+) -> None:
+    # Within 5 m 2 m/s speed up to 2.78 m/s, in 2.1 s: so much is taken off 8 m/s, on a way of 15.9 m.
+    part = replace(stage(StageKind.GO, from_m, speed=8.0), is_underway=True)
+    splines = [stage(StageKind.SPLINE, east, speed=2.0) for east in (260.0, 320.0)]
+    motion = fly(takeoff(), part, stage(StageKind.GO, 200.0, speed=2.0), *splines)
+    found = [one for one in motion.findings if one.code == "T102"]
+    assert [one.severity for one in found] == [severity] * (severity is not None)
+    assert all("its target by 11 m" in one.message for one in found)
 
 
 def test_straight_legs_join_splines_at_speed() -> None:

@@ -325,6 +325,9 @@ class Motion(Value, eq=False, dict=True):
     """For each stage of the route the segment whose end is the arrival; −1 for none. (stages,)"""
     done_segment: IntArray
     """For each stage the last segment that serves it; −1 for none. (stages,)"""
+    braking_s: FloatArray | None = None
+    """For each stage of the route when the autopilot begins to brake for the end of its leg, and when it has;
+    NaN for none, ``None`` where that changes nothing. (stages, 2) [s]"""
     piece_is_grounded: BoolArray | None = None
     """Whether a piece stands on the ground with idle motors, at no power; ``None``: none does. (p,)"""
     piece_fall_m_s: FloatArray | None = None

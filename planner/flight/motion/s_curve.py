@@ -193,6 +193,15 @@ class SCurves(Value, eq=False):
             up_s = up_s + self.change.duration_s
         return self.wait_s + up_s + self.cruise_s + self.down.duration_s
 
+    @property
+    def beyond_m(self) -> FloatArray:
+        """How far each leads on beyond the end of its line, which it cannot brake for. (n,) [m]"""
+        way_m = 0.5 * (self.start_m_s + self.first_m_s) * self.up.duration_s
+        way_m += 0.5 * (self.peak_m_s + self.end_m_s) * self.down.duration_s
+        if self.change is not None:
+            way_m += 0.5 * (self.first_m_s + self.peak_m_s) * self.change.duration_s
+        return np.asarray(way_m - self.length_m)
+
     def phases(self) -> Phases:
         """Return the parts of constant jerk.
 
@@ -302,9 +311,15 @@ def s_curves(
             limits=limits.select(rows),
         )
         start[rows] = np.minimum((zero if start_m_s is None else start_m_s)[rows], first[rows])
-        end = np.minimum(end, peak)
         change = speed_ramps(np.abs(peak - first), limits)
     up = speed_ramps(first - start, limits)
+    if change is not None:
+        ramps_m = 0.5 * ((start + first) * up.duration_s + (first + peak) * change.duration_s)
+        end = np.minimum(end, peak)
+        rows = rows[end[rows] > 0.0]
+        end[rows] = _braked_m_s(
+            (length_m - ramps_m)[rows], end[rows], peak[rows], limits.select(rows)
+        )
     down = up if change is None and start is end else speed_ramps(peak - end, limits)
     ramps_m = 0.5 * ((start + first) * up.duration_s + (end + peak) * down.duration_s)
     if change is not None:
@@ -372,6 +387,21 @@ def _changed(
     )
     peak = np.where(slower, first - change, np.where(faster, first + change, first))
     return first, peak
+
+
+def _braked_m_s(
+    length_m: FloatArray, end_m_s: FloatArray, peak_m_s: FloatArray, limits: SpeedLimits
+) -> FloatArray:
+    """Return the speeds at the ends of lines that are to be braked to speeds lowered under way. (n,) [m s⁻¹]
+
+    Notes
+    -----
+    ``SCurve::set_speed_max`` takes off what could be sped up from the end backwards in the length that is
+    left, of a speed that is higher: where that does not come to all of it, the target flies on beyond the
+    end until it is taken off.
+    """
+    gained = speed_after_m_s(np.maximum(length_m, 0.0), end_m_s, peak_m_s, limits)
+    return np.asarray(peak_m_s - (gained - end_m_s))
 
 
 def peak_speed_from_start_m_s(

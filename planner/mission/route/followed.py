@@ -109,7 +109,8 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
 
     firings: Mapping[int, float] = field(default_factory=dict)
     """Of items held back, by their position among the reached, how far along its leg each is carried
-    out; one that is not among them is dropped. [-]"""
+    out [-]; one that is not among them is dropped.  More than 1: as the leg brakes for its end already, by so
+    much more as it is before that [s]."""
     visit: int = -1
     """Position of the item being followed among the reached."""
     before: int = 0
@@ -309,13 +310,15 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         stage, place_deg = self.stages.pop(), self.places_deg.pop()
         after, ended_deg = (*place_deg, self.height_m), (self.latitude_deg, self.longitude_deg)
         last: list[tuple[HeldItem, MissionItem]] = []
-        begin = 0.0
+        begin = early_s = 0.0
         for one, item in waiting:
             fraction = self.firings.get(one.visit) if one.conditions else 0.0
             if fraction is None:
                 continue
             if fraction >= 1.0 or (fraction > 0.0 and _acts_at_the_end(stage, one, item)):
                 last.append((one, item))
+                if one.command is Command.DO_CHANGE_SPEED:
+                    early_s = max(fraction - 1.0, 0.0)
                 continue
             self.latitude_deg, self.longitude_deg, self.height_m = before
             if fraction > 0.0 and stage.kind in _DIVIDED:
@@ -324,7 +327,8 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
                 if stage.kind in LEVEL_FIRST | RETURN_STAGES:
                     self.height_m = before[2]
                 self.height_m += _off_line_m(stage.followed_ground_m, fraction)
-                self._add_part(stage, begin, fraction)
+                if fraction > begin:  # two of one condition divide it once
+                    self._add_part(stage, begin, fraction)
                 begin = fraction
             switched = len(self.fence_switches)
             self._carry_out_held(one, item)
@@ -341,6 +345,7 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
                 stage,
                 speed_m_s=now.speed_m_s,
                 is_speed_late=self.is_speed_late and not parts,
+                next_early_s=early_s,
                 climb_speed_m_s=now.climb_speed_m_s,
                 descent_speed_m_s=now.descent_speed_m_s,
                 lands_at_m_s=lands_at_m_s(self, stage.kind, is_here=stage.is_here),

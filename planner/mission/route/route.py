@@ -76,7 +76,7 @@ def make_route(
         The ground; default level with home.
     firings : Mapping, optional
         Where on their legs items that conditions hold back are carried out, by position among the
-        reached items; any other is dropped. [-]
+        reached items, as of :class:`FollowedMission`; any other is dropped.
     habits : VehicleHabits, optional
         How the vehicle carries out items; default as its autopilot is delivered.
 

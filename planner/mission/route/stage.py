@@ -98,6 +98,9 @@ class Stage(Value, kw_only=False, gc=False):
     """Whether the place is only one on the way to that of the next stage, which is of the same item."""
     is_speed_late: bool = False
     """Whether its horizontal speed is commanded when its first leg has begun already."""
+    next_early_s: float = 0.0
+    """How long before its end, for which ArduPilot brakes already, the speed of what comes next is commanded;
+    0: there. [s]"""
     is_next_unseen: bool = False
     """Whether ArduPilot does not find there ahead of time where it leads on: it stops."""
     is_here: bool = False

@@ -347,6 +347,83 @@ class ArduPilotLegs(Value, eq=False):
     findings: tuple[Finding, ...]
 
 
+class _Plan(Value, eq=False):
+    """Straight legs as they are planned, one per row, before any is rounded into the next."""
+
+    direction: FloatArray
+    length_m: FloatArray
+    limits: SpeedLimits
+    speed_m_s: FloatArray
+    """Speed limit in the end. (n,) [m s⁻¹]"""
+    planned_m_s: FloatArray
+    """Speed limit each is planned with. (n,) [m s⁻¹]"""
+    is_changed: BoolArray
+    """Whether that is another, changed under way. (n,)"""
+    start_m_s: FloatArray
+    end_m_s: FloatArray
+    wait_s: FloatArray
+
+    def curves(self, changed_s: FloatArray) -> SCurves:
+        """Return the curves where speeds are changed so long after they begin. (n,) [s]"""
+        return s_curves(
+            self.length_m,
+            self.limits,
+            speed_m_s=self.speed_m_s,
+            start_m_s=self.start_m_s,
+            end_m_s=self.end_m_s,
+            planned=PlannedCurves(self.planned_m_s, changed_s, self.is_changed),
+            wait_s=self.wait_s,
+        )
+
+    def corners(self, rows: IntArray, curves: SCurves) -> Corners:
+        """Return the corners at the ends of some legs."""
+        speeding, entered = curves.up, rows + 1
+        if self.is_changed.any():
+            from_rest = peak_speed_from_rest_m_s(self.length_m, self.limits)
+            reached = np.minimum(self.planned_m_s, from_rest)
+            speeding = speed_ramps(
+                np.where(self.is_changed, reached, curves.first_m_s), self.limits
+            )
+        return Corners.of(
+            self.direction[rows],
+            self.direction[entered],
+            slowing=curves.down.select(rows),
+            speeding=speeding.select(entered),
+            speed_limit_m_s=np.minimum(self.speed_m_s[rows], self.planned_m_s[entered]),
+        )
+
+    def rounded(
+        self,
+        rows: IntArray,
+        parameters: ArduPilotParameters,
+        *,
+        early_s: FloatArray,
+        longest_s: FloatArray | None,
+    ) -> tuple[FloatArray, SCurves, Corners]:
+        """Return half the overlaps of legs with the next (n,), their curves, and their corners.
+
+        ``early_s`` is how long before the end of each of ``rows`` the speed of the next is commanded; 0:
+        half-way through the corner.  ``longest_s`` is the longest half of their overlaps.
+        """
+        half, changed_s = np.zeros((2, len(self.length_m)))
+
+        def halved(corners: Corners) -> FloatArray:
+            most = half_overlap_s(corners, parameters) if len(rows) else np.zeros(0)
+            return most if longest_s is None else np.minimum(most, longest_s)
+
+        curves = self.curves(changed_s)
+        corners = self.corners(rows, curves)
+        half[rows] = halved(corners)
+        if len(rows) and self.is_changed.any():
+            # What is left of speeding up by then decides how fast the leg ends.
+            since_s = np.maximum(2.0 * half[rows] - early_s, 0.0)
+            changed_s[rows + 1] = np.where(early_s > 0.0, since_s, half[rows])
+            curves = self.curves(changed_s)
+            corners = self.corners(rows, curves)
+            half[rows] = halved(corners)
+        return half, curves, corners
+
+
 def plan_legs(
     stages: StageColumns,
     splines: Splines | None,
@@ -390,7 +467,7 @@ def plan_legs(
         )
     if len(under):
         start_m_s[under + 1] = end_m_s[under] = _speeds_under_way(
-            speed, length, limits, under, start_m_s[under]
+            speed, length, limits, under, start_m_s=start_m_s[under], end_m_s=end_m_s[under + 1]
         )
     entered = rows + 1
     from_rest = start_m_s == 0.0
@@ -398,54 +475,44 @@ def plan_legs(
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
     commanded = _planned_stage(stages, stage, from_rest)
     commanded[entered], commanded[under + 1] = stage[rows], stage[under]
-    is_changed = _is_another_speed(stages, stage, commanded)
-    planned = speeds_along(commanded)[0] if is_changed.any() else speed
 
     # From its stopping point the vehicle moves back already.
     waits = from_rest & (leads | (shortest == _COORDINATE_M) | (shortest == _HERE_M))
     wait_s = np.where(waits, start_delay_s(direction, parameters), 0.0)
 
-    def flown_curves(changed_s: FloatArray) -> SCurves:
-        return s_curves(
-            np.maximum(length, shortest),
-            limits,
+    def plan_by(commanded: IntArray) -> _Plan:
+        is_changed = is_another_speed(stages, stage, commanded)
+        return _Plan(
+            direction=direction,
+            length_m=np.maximum(length, shortest),
+            limits=limits,
             speed_m_s=speed,
+            planned_m_s=speeds_along(commanded)[0] if is_changed.any() else speed,
+            is_changed=is_changed,
             start_m_s=start_m_s,
             end_m_s=end_m_s,
-            planned=PlannedCurves(planned, changed_s, is_changed),
             wait_s=wait_s,
         )
 
-    half, changed_s, lost_s = np.zeros((3, len(key)))
-    corner_speed = (curves := flown_curves(changed_s)).end_m_s.copy()
-    # What is left of speeding up at the middle of a corner decides how fast the leg ends.
-    for last in (False, True) if is_changed.any() else (True,):
-        if not len(rows):
-            break
-        speeding = curves.up
-        if is_changed.any():
-            reached = np.minimum(planned, peak_speed_from_rest_m_s(length, limits))
-            speeding = speed_ramps(np.where(is_changed, reached, curves.first_m_s), limits)
-        corners = Corners.of(
-            direction[rows],
-            direction[entered],
-            slowing=curves.down.select(rows),
-            speeding=speeding.select(entered),
-            speed_limit_m_s=np.minimum(speed[rows], planned[entered]),
-        )
-        half[rows] = half_overlap_s(corners, parameters)
+    plan, early_s, longest_s = plan_by(commanded), stages.next_early_s[stage[rows]], None
+    if early_s.any():
+        longest_s = np.full(len(rows), np.inf)
+        old_s = half_overlap_s(plan.corners(rows, plan.curves(np.zeros(len(key)))), parameters)
+        # Where the next leg has not begun as its speed is commanded, it is planned anew.
+        anew = np.flatnonzero((early_s > 0.0) & (early_s >= 2.0 * old_s))
+        commanded[entered[anew]], longest_s[anew] = stage[entered[anew]], 0.5 * early_s[anew]
+        plan = plan_by(commanded)
+    half, curves, corners = plan.rounded(rows, parameters, early_s=early_s, longest_s=longest_s)
+    corner_speed, lost_s = curves.end_m_s.copy(), np.zeros(len(key))
+    if len(rows):
         corner_speed[rows] = corners.speed_m_s(half[rows])
-        if last:
-            lost_s[entered] = lag.lost_in_corners_s(
-                corners.ramps,
-                half[rows],
-                before=direction[rows],
-                after=direction[entered],
-                cruise_s=curves.cruise_s[entered],
-            )
-        else:
-            changed_s[entered] = half[rows]
-            curves = flown_curves(changed_s)
+        lost_s[entered] = lag.lost_in_corners_s(
+            corners.ramps,
+            half[rows],
+            before=direction[rows],
+            after=direction[entered],
+            cruise_s=curves.cruise_s[entered],
+        )
     starts = np.flatnonzero(from_rest & leads)
     lost_s[starts] = _lost_at_starts_s(
         stages, stage, starts, curves, direction=direction, parameters=parameters, lag=lag
@@ -466,6 +533,7 @@ def plan_legs(
         slowed=slowed,
         findings=(
             *faster_findings(curves.first_m_s, curves.peak_m_s, speed, stages=stages, stage=stage),
+            *_beyond_findings(curves, stages.item[stage], parameters),
             *_standing_findings(
                 curves.duration_s - wait_s,
                 stages.item[stage],
@@ -556,6 +624,32 @@ def faster_findings(
         f"{quantity.speed(float(speed_m_s[worst]))} is commanded (item {int(item[worst])})"
     )
     return (FASTER_THAN_COMMANDED.finding(message, item=int(item[rows[0]])),)
+
+
+_BEYOND_M = 1.0
+"""A target that flies on no farther beyond the end of its leg is where its vehicle may be. [m]"""
+
+
+def _beyond_findings(
+    curves: SCurves, item: IntArray, parameters: ArduPilotParameters
+) -> tuple[Finding, ...]:
+    """Return where targets fly on beyond the ends of their legs, in one finding: an error beyond WP_RADIUS.
+
+    Notes
+    -----
+    Flown, 5 m before a spline from 8 to 2 m/s: on for 11 m, then the target is back at the place at 7 m/s,
+    and the vehicle 9 m beside; on it flies at up to 8.8 m/s.
+    """
+    rows = np.flatnonzero(curves.beyond_m > _BEYOND_M)
+    if not len(rows):
+        return ()
+    farthest_m = float(curves.beyond_m[rows].max())
+    message = (
+        "DO_CHANGE_SPEED so near to a place that ArduPilot flies on beyond it, its target by "
+        f"{quantity.distance(farthest_m)}, and comes back, which is not predicted; put it farther before"
+    )
+    severity = Severity.ERROR if farthest_m > parameters.waypoint_radius_m else None
+    return (ITEM_NOT_MODELLED.finding(message, severity=severity, item=int(item[rows[0]])),)
 
 
 _AS_LIKELY = np.linspace(-1.0, 1.0, 41)
@@ -777,23 +871,25 @@ def _speeds_under_way(
     length: FloatArray,
     limits: SpeedLimits,
     under: IntArray,
+    *,
     start_m_s: FloatArray,
+    end_m_s: FloatArray,
 ) -> FloatArray:
     """Return the speeds at the ends of legs that are one leg with the next to the autopilot. (under,)
 
     As fast as the first allows, and as is reached along it, begun with a speed behind a spline, and can be
-    braked along the next.
+    braked along the next, which ends with one before a spline.
     """
-    some, onward_m = limits.select(under), length[under + 1]
+    some, most, onward_m = limits.select(under), speed[under], length[under + 1]
     reached = peak_speed_from_rest_m_s(2.0 * np.minimum(length[under], onward_m), some)
-    moving = np.flatnonzero(start_m_s > 0.0)
+    moving = np.flatnonzero((start_m_s > 0.0) | (end_m_s > 0.0))
     if len(moving):
-        own = some.select(moving)
+        own, most_m_s = some.select(moving), most[moving]
         reached[moving] = np.minimum(
-            speed_after_m_s(length[under][moving], start_m_s[moving], speed[under][moving], own),
-            peak_speed_from_rest_m_s(2.0 * onward_m[moving], own),
+            speed_after_m_s(length[under][moving], start_m_s[moving], most_m_s, own),
+            speed_after_m_s(onward_m[moving], end_m_s[moving], most_m_s, own),
         )
-    return np.minimum(speed[under], reached)
+    return np.minimum(most, reached)
 
 
 def _speeds_of_splines(
@@ -813,7 +909,7 @@ def _speeds_of_splines(
     )
 
 
-def _is_another_speed(stages: StageColumns, one: IntArray, other: IntArray) -> BoolArray:
+def is_another_speed(stages: StageColumns, one: IntArray, other: IntArray) -> BoolArray:
     """Return whether another speed is commanded for one stage than for the other. (n,)"""
     speeds = (stages.speed_m_s, stages.climb_m_s, stages.descent_m_s)
     return np.asarray(np.logical_or.reduce([speed[one] != speed[other] for speed in speeds]))

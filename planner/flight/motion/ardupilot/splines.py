@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.legs import faster_findings, limits_along
-from planner.flight.motion.ardupilot.stages import is_kind
+from planner.flight.motion.ardupilot.legs import faster_findings, is_another_speed, limits_along
+from planner.flight.motion.ardupilot.stages import is_kind, last_parts
 from planner.flight.motion.ardupilot.track_lag import CLIMB_LAG_S, SETTLED_S, Behind, TrackLag
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s, slowed_legs
 from planner.flight.motion.kinematics import (
@@ -279,19 +279,27 @@ def plan_splines(
     slope_size = lengths(slope)
     # Simpson's rule for the length of each piece.
     piece = (slope_size[:, :-1] + 4.0 * lengths(middle) + slope_size[:, 1:]) / (6 * _PIECES)
-    held, slowed = _held_speeds_m_s(
-        stages.speed_m_s[row],
-        tangent,
-        position[..., 2],
-        stages.item[row],
-        wind=wind,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
-    climb, descent = stages.climb_m_s[row, None], stages.descent_m_s[row, None]
     across = _bend_limit_m_s(tangent, bend, slope_size, parameters)
-    vertical = np.where(tangent[..., 2] > 0.0, climb, descent)
-    limit = np.minimum(limits_along(tangent, held, vertical), across)
-    limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
+
+    def limits_by(commanded: IntArray) -> tuple[FloatArray, SlowedLegs | None]:
+        """Return the speed limits at the nodes by the speeds of stages, and what wind slows down."""
+        held, slowed = _held_speeds_m_s(
+            stages.speed_m_s[commanded],
+            tangent,
+            position[..., 2],
+            stages.item[row],
+            wind=wind,
+            airspeed_limit_m_s=airspeed_limit_m_s,
+        )
+        limit = np.minimum(limits_along(tangent, held, vertical_by(commanded)), across)
+        limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
+        return limit, slowed
+
+    def vertical_by(commanded: IntArray) -> FloatArray:
+        climb, descent = stages.climb_m_s[commanded, None], stages.descent_m_s[commanded, None]
+        return np.where(tangent[..., 2] > 0.0, climb, descent)
+
+    limit, slowed = limits_by(row)
     acceleration = _ACCELERATION_PART * limits_along(
         tangent, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
@@ -299,9 +307,14 @@ def plan_splines(
     joins[1:] = (row[1:] == row[:-1] + 1) & stages.is_passed[row[:-1]]
     acceleration = np.minimum(acceleration[:, 1:], acceleration[:, :-1])
     # The speed of DO_CHANGE_SPEED at a waypoint is not known when the end before it is planned.
-    destination = np.where(stages.is_passed[row], limit[:, -1], 0.0)
     entry = np.where(joins, across[:, 0], np.inf)
-    destination[:-1] = np.minimum(destination[:-1], entry[1:])
+
+    def destinations_by(limit: FloatArray) -> FloatArray:
+        destination = np.where(stages.is_passed[row], limit[:, -1], 0.0)
+        destination[:-1] = np.minimum(destination[:-1], entry[1:])
+        return destination
+
+    destination = destinations_by(limit)
     splines = Splines(
         stage=row,
         position_m=position,
@@ -319,22 +332,45 @@ def plan_splines(
         findings=(),
     )
     begins = (row > 0) & stages.is_passed[np.maximum(row - 1, 0)]
-    start = np.minimum(
-        limit[:, 0], np.sqrt(destination**2 + 2.0 * acceleration[:, 0] * splines.to_end_m[:, 0])
-    )
+    planned = _planned_stage(stages, row, is_spline)
+    first = limits_by(planned)[0] if is_another_speed(stages, row, planned).any() else limit
+    room = 2.0 * acceleration[:, 0] * splines.to_end_m[:, 0]
+    start = np.minimum(first[:, 0], np.sqrt(destinations_by(first) ** 2 + room))
     start = np.where(begins, start, 0.0)
     splines.speed_at_start_m_s[row] = start
     speed = _target_speeds_m_s(splines, start, destination)
     splines.speed_at_end_m_s[row] = np.where(stages.is_passed[row], speed[:, -1], 0.0)
-    # Of the speed commanded, whatever bends and wind take off it.
-    commanded = limits_along(tangent, stages.speed_m_s[row, None], vertical)
-    share = speed / commanded
-    every, worst = np.arange(len(row)), np.argmax(share, axis=1)
-    meant = commanded[every, worst]
-    found = faster_findings(
-        speed[every, worst], share[:, -1] * meant, meant, stages=stages, stage=row
-    )
+    commanded = limits_along(tangent, stages.speed_m_s[row, None], vertical_by(row))
+    found = _faster_findings(speed, commanded, stages, row)
     return replace(splines, findings=found)
+
+
+def _faster_findings(
+    speed_m_s: FloatArray, commanded_m_s: FloatArray, stages: StageColumns, row: IntArray
+) -> tuple[Finding, ...]:
+    """Return where splines are flown faster than commanded, whatever bends and wind take off that."""
+    share = speed_m_s / commanded_m_s
+    every, worst = np.arange(len(row)), np.argmax(share, axis=1)
+    meant = commanded_m_s[every, worst]
+    return faster_findings(
+        speed_m_s[every, worst], share[:, -1] * meant, meant, stages=stages, stage=row
+    )
+
+
+def _planned_stage(stages: StageColumns, row: IntArray, is_spline: BoolArray) -> IntArray:
+    """Return by whose speed it is planned how fast splines begin: of that of the leg which leads there.
+
+    Notes
+    -----
+    ``set_spline_destination_next`` sets the speed at the end of a straight leg as that begins, by what is
+    commanded then; ``SCurve::set_speed_max`` lowers it where the leg is no faster, and raises it never.
+    """
+    first, _ = _whole_legs(stages)
+    before = np.maximum(row - 1, 0)
+    leg = first[before]
+    leg = np.where(stages.is_speed_late[leg] & (leg > 0), leg - 1, leg)
+    leads = (row > 0) & stages.is_passed[before] & ~is_spline[before]
+    return np.where(leads, leg, row)
 
 
 def _held_speeds_m_s(
@@ -393,12 +429,9 @@ def _tangents(
 
 def _whole_legs(stages: StageColumns) -> tuple[IntArray, IntArray]:
     """Return for each stage the first and the last that are one leg with it to the autopilot. (stages,)"""
-    number = np.arange(len(stages.kind))
-    ends = ~stages.is_underway
-    begins = np.append(True, ends[:-1])
-    last = np.where(ends, number, number[-1])
-    first = np.maximum.accumulate(np.where(begins, number, 0))
-    return first, np.minimum.accumulate(last[::-1])[::-1]
+    begins = np.append(True, ~stages.is_underway[:-1])
+    first = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
+    return first, last_parts(stages.is_underway)
 
 
 def _cubic_at(

@@ -78,6 +78,8 @@ class StageColumns(Value, eq=False):
     """Whether the end is flown through. (n,)"""
     is_speed_late: BoolArray
     """Whether the speed is commanded when the first leg has begun already. (n,)"""
+    next_early_s: FloatArray
+    """How long before its end, braked for already, the speed of the next is commanded; 0: there. (n,) [s]"""
     is_underway: BoolArray
     """Whether the end is only a place on the way: one leg to the autopilot. (n,)"""
     is_first_leg: BoolArray
@@ -127,6 +129,13 @@ class StageColumns(Value, eq=False):
         return np.flatnonzero(is_kind(self.kind, *kinds))
 
 
+def last_parts(is_underway: BoolArray) -> IntArray:
+    """Return for each stage the last that is one leg with it to the autopilot. (n,)"""
+    number = np.arange(len(is_underway))
+    last = np.where(is_underway, number[-1], number)
+    return np.minimum.accumulate(last[::-1])[::-1]
+
+
 def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
     """Return whether columns of kinds hold some of them. (n,)"""
     return _are_among(kinds)[kind]
@@ -162,7 +171,15 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
 _NUMBERS = (
     *("east_m", "north_m", "height_m"),
     *("speed_m_s", "climb_speed_m_s", "descent_speed_m_s", "lands_at_m_s"),
-    *("hold_s", "turns", "radius_m", "above_ground_m", "datum_m", "return_ceiling_m"),
+    *(
+        "hold_s",
+        "next_early_s",
+        "turns",
+        "radius_m",
+        "above_ground_m",
+        "datum_m",
+        "return_ceiling_m",
+    ),
     *("named_ground_m", "lands_by_name"),
     *("is_speed_late", "is_next_unseen", "is_underway", "is_here", "may_slow_landing"),
 )
@@ -221,11 +238,14 @@ def stage_columns(
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
     landed = np.concatenate(([True], is_kind(kind[:-1], *LANDED_STAGES)))
     through = is_kind(kind, StageKind.GO, StageKind.SPLINE, StageKind.RETURN_LEG) & (hold == 0.0)
-    onward = is_kind(kind, *_NEXT_MAY_BE)
-    onward[1:] |= is_kind(kind[:-1], StageKind.RETURN_LEG)
+    underway = numbers["is_underway"] > 0.0
+    whole = last_parts(underway)
+    leads, way_m = kind[whole], place[whole] - start
+    onward = is_kind(leads, *_NEXT_MAY_BE)
+    onward[1:] |= underway[:-1]
     # Splines ask for the place of the next command alone.
-    elsewhere = is_kind(kind, StageKind.LAND) & is_nonzero(place[:, :2] - start[:, :2])
-    elsewhere |= is_kind(kind, *_SPLINES_LEAD_TO) & is_nonzero(place - start)
+    elsewhere = is_kind(leads, StageKind.LAND) & is_nonzero(way_m[:, :2])
+    elsewhere |= is_kind(leads, *_SPLINES_LEAD_TO) & is_nonzero(way_m)
     onward[1:] |= elsewhere[1:] & is_kind(kind[:-1], StageKind.SPLINE)
     unseen = numbers["is_next_unseen"] > 0.0
     lands_at, may_slow = numbers["lands_at_m_s"], numbers["may_slow_landing"] > 0.0
@@ -258,7 +278,8 @@ def stage_columns(
         circles=circles,
         is_passed=through & ~unseen & np.concatenate((onward[1:], [False])),
         is_speed_late=numbers["is_speed_late"] > 0.0,
-        is_underway=numbers["is_underway"] > 0.0,
+        next_early_s=numbers["next_early_s"],
+        is_underway=underway,
         is_here=numbers["is_here"] > 0.0,
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
@@ -311,6 +332,7 @@ def return_columns(
         is_underway=never,
         is_here=never,
         is_speed_late=never,
+        next_early_s=zero,
         is_first_leg=never,
         from_ground=never,
         above_ground_m=np.asarray(targets.above_ground_m, np.float64),

@@ -90,6 +90,10 @@ class LegTimes(Value, eq=False):
             reached_s=reached_s,
         )
 
+    def braking_s(self) -> FloatArray:
+        """Return when the autopilot begins to brake for the end of each leg, and when it has. (n, 2) [s]"""
+        return np.column_stack((self.end_s - self.legs.curves.down.duration_s, self.end_s))
+
     def pieces(self, per_metre: FloatArray) -> ArduPilotPieces:
         """Return the sum of the legs under way between any two breaks, in true metres."""
         legs = self.legs
@@ -270,6 +274,8 @@ def make_motion(
     leaving = np.zeros(len(item), np.bool_)
     leaving[circles.stage] = done[circles.stage] > 0
     circle = circles.law.select(steady)
+    braking_s = np.full((len(item), 2), np.nan)
+    braking_s[legs.key // SLOTS] = timed.braking_s()
     return Motion(
         segments=SegmentColumns(
             item=item[stage],
@@ -295,6 +301,7 @@ def make_motion(
         piece_duration_s=duration,
         arrival_segment=done - leaving,
         done_segment=done,
+        braking_s=braking_s,
         piece_is_grounded=np.concatenate(idle)[order],
         findings=findings,
     )
