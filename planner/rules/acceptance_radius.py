@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.mission.route.stage import StageKind
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 _FLOWN_TO = frozenset({StageKind.GO, StageKind.SPLINE, StageKind.LOITER})
 _AFAR_M = 10.0
 """Farther away than what is taken for reached on purpose: the widest NAV_ACC_RAD of multicopters."""
+
+_CLOSE_M = 1e-3
+"""By which what counts as reached from its edge may be outside. [m]"""
 
 REACHED_FROM_AFAR = Rule(
     "T126 reached-from-afar",
@@ -43,7 +48,7 @@ def _reached_from_afar(a: Assessment, parameters: Px4Parameters) -> Iterator[Fin
         return
     passed_by: list[tuple[Stage, float]] = []
     flown = 0
-    for stage, away_m, is_reached in _arrivals(a.route.stages, parameters):
+    for stage, away_m, is_reached in _arrivals(a, parameters):
         if is_reached and away_m > _AFAR_M:
             passed_by.append((stage, away_m))
         flown += not is_reached and away_m > _AFAR_M
@@ -62,22 +67,19 @@ def _reached_from_afar(a: Assessment, parameters: Px4Parameters) -> Iterator[Fin
     )
 
 
-def _arrivals(
-    stages: tuple[Stage, ...], parameters: Px4Parameters
-) -> Iterator[tuple[Stage, float, bool]]:
-    """Yield each waypoint, how far it is as it comes next, and whether it is reached there. -, [m], -"""
-    here: tuple[float, float, float] | None = None
-    for stage in stages:
-        there = stage.east_m, stage.north_m, stage.height_m
-        if here is None or stage.kind not in _FLOWN_TO or stage.is_here:
-            here = there
+def _arrivals(a: Assessment, parameters: Px4Parameters) -> Iterator[tuple[Stage, float, bool]]:
+    """Yield each waypoint, how far it is as it comes next, and whether it is reached there. -, [m], -
+
+    From where the vehicle is by then, which is not the place of a LOITER_TO_ALT that it passed.
+    """
+    motion, stages = a.flight.motion, a.route.stages
+    done_s = np.append(motion.segments.end_s, 0.0)[motion.done_segment]  # -1: not begun
+    here = motion.state_at_time(done_s)
+    places = zip(here.east_m.tolist(), here.north_m.tolist(), here.height_m.tolist(), strict=True)
+    for stage, (east_m, north_m, height_m) in zip(stages[1:], places, strict=False):
+        if stage.kind not in _FLOWN_TO or stage.is_here:
             continue
         radius_m = stage.acceptance_radius_m or parameters.acceptance_radius_m
-        away_m = math.dist(here[:2], there[:2])
-        is_level = abs(here[2] - there[2]) <= parameters.altitude_acceptance_m
-        is_reached = is_level and away_m <= radius_m
-        yield stage, away_m, is_reached
-        if not is_reached:
-            left = 0.0 if away_m <= radius_m else radius_m / away_m
-            east_m, north_m = (t + left * (h - t) for t, h in zip(there[:2], here[:2], strict=True))
-            here = east_m, north_m, there[2]
+        away_m = math.hypot(east_m - stage.east_m, north_m - stage.north_m)
+        is_level = abs(height_m - stage.height_m) <= parameters.altitude_acceptance_m + _CLOSE_M
+        yield stage, away_m, is_level and away_m <= radius_m + _CLOSE_M

@@ -14,7 +14,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
-from planner.flight.motion.px4.moves import SHORTEST_L1_M
+from planner.flight.motion.px4.weaving import WEAVES
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.prediction import HOVER_HEIGHT_M
 from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
@@ -390,28 +390,46 @@ def _throttle_limited(
 
 @judges(ITEM_NOT_MODELLED, needs=(PX4,))
 def _waits_on_the_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    """Report waits behind a LOITER_TO_ALT that counts as reached from afar: PX4 flies there meanwhile.
-
-    Flown by 1.17 with its defaults: 55 m on through a fence during a NAV_DELAY of 12 s.
-    """
+    """Report waits behind a LOITER_TO_ALT left on its tangent: PX4 flies there meanwhile."""
     told: set[int] = set()
-    stages = a.route.stages
-    for before, loiter, wait in zip(stages, stages[1:], stages[2:], strict=False):
-        if loiter.kind is not StageKind.CHANGE_HEIGHT or wait.kind is not StageKind.DELAY:
-            continue
-        away_m = math.hypot(loiter.east_m - before.east_m, loiter.north_m - before.north_m)
-        is_level = abs(loiter.height_m - before.height_m) <= parameters.altitude_acceptance_m
-        near_m = max(SHORTEST_L1_M, loiter.radius_m)
-        if is_level and away_m > near_m and wait.hold_s > 0.0 and wait.item not in told:
+    for loiter, wait in pairwise(a.route.stages):
+        radius_m = abs(loiter.radius_m) or parameters.loiter_radius_m
+        is_left = loiter.kind is StageKind.CHANGE_HEIGHT and loiter.leaves_on_tangent
+        waits = wait.kind is StageKind.DELAY and wait.hold_s > 0.0
+        if is_left and waits and wait.item not in {*told, loiter.item}:  # a jump's rounds are its
             told.add(wait.item)
             yield a.finding(
                 ITEM_NOT_MODELLED,
-                f"NAV_DELAY behind LOITER_TO_ALT at the height already held: PX4 flies on up to "
-                f"{quantity.distance(away_m)} to its place meanwhile, which is not predicted",
+                f"NAV_DELAY behind LOITER_TO_ALT with parameter 4 above 0: PX4 flies on to its tangent, "
+                f"{quantity.distance(radius_m)} from its place, meanwhile, which is not predicted",
                 severity=Severity.ERROR,
                 item=wait.item,
-                fix="give LOITER_TO_ALT another height, or put NAV_DELAY before it",
+                fix="give LOITER_TO_ALT 0 as parameter 4, or put NAV_DELAY before it",
             )
+
+
+@judges(ITEM_NOT_MODELLED, needs=(PX4,))
+def _either_way(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
+    """Report legs that may be flown in two ways, of which that not predicted is judged by nothing."""
+    open_items = {
+        one.item
+        for one in a.flight.motion.findings
+        if one.code == WEAVES.code and one.severity is Severity.WARNING
+    }
+    if not _is_limited(a):
+        return
+    for item in sorted(filter(None, open_items)):
+        yield a.finding(
+            ITEM_NOT_MODELLED,
+            "PX4 may fly to this place in two ways (T125): that which is not predicted is not checked",
+            severity=Severity.ERROR,
+            item=item,
+            fix="as T125 says",
+        )
+
+
+def _is_limited(a: Assessment) -> bool:
+    return any(one is not None for one in (FENCE.of(a), TERRAIN.of(a), PROFILE.of(a)))
 
 
 @judges(ITEM_NOT_MODELLED)
@@ -421,7 +439,7 @@ def _thrown_past_a_turn(a: Assessment) -> Iterator[Finding]:
     if motion.beside is None or not len(motion.beside.chance_s):
         return
     begins = np.searchsorted(motion.segments.start_s, motion.beside.chance_s, side="right") - 1
-    is_limited = any(one is not None for one in (FENCE.of(a), TERRAIN.of(a), PROFILE.of(a)))
+    is_limited = _is_limited(a)
     yield a.finding(
         ITEM_NOT_MODELLED,
         "the spline turns faster than the vehicle can: its target stands still while it leans fully, and how "

@@ -218,3 +218,127 @@ def test_a_return_along_a_wide_circle_is_flown_as_the_mission_is() -> None:
     assert place.east_m.max() > 20.0
     assert same.east_m == pytest.approx(place.east_m, abs=1.5)
     assert same.north_m == pytest.approx(place.north_m, abs=1.5)
+
+
+def delay(hold_s: float) -> Stage:
+    return stage(StageKind.DELAY, hold=hold_s)
+
+
+def go(*place_m: float, hold: float = 0.0) -> Stage:
+    return stage(StageKind.GO, *(*place_m, 20.0)[:3], hold=hold)
+
+
+_BACK = stage(StageKind.RETURN, 0.0, 0.0, 0.0)
+_AROUND = circle((41.0, 2.0, 20.0), 25.0)
+_NEAR_BY, _FAR_ON = circle((70.0, -5.0, 20.0), 30.0), circle((-40.0, -30.0, 20.0), 40.0)
+# Flown by a build of PX4 (1.17), armed looking north: disarmed after, and where it passed.
+FROM_WHERE_IT_IS = [
+    # Twice more round a jump: it still stands where it did, beside the line to the next place.
+    (
+        [go(26, 20), _AROUND, _AROUND, delay(0.1), go(78, 0), go(98, 42), _BACK],
+        {"yaw_mode": 4},
+        135.1,
+        (25.2, 6.5),
+        [],
+    ),
+    (
+        [go(40, -30), _NEAR_BY, _NEAR_BY, delay(0.15), go(60, 40), go(0, 20), _BACK],
+        {"yaw_mode": 4, "cruise_speed_m_s": 8.0},
+        142.0,
+        (81.0, -5.0),
+        ["T125"],
+    ),
+    # The waypoint is near the circle's centre, but the vehicle is not.
+    (
+        [
+            go(60, 0, hold=2.0),
+            go(0, 0, hold=2.0),
+            circle((0, 60, 20), 80.0),
+            go(0, 66),
+            land(-30, 0),
+        ],
+        {"acceptance_radius_m": 10.0},
+        96.2,
+        (-1.0, 61.5),
+        [],
+    ),
+    # It flies on to the place of the LOITER_TO_ALT in a delay, and a return begins where it is then.
+    (
+        [go(-40, 20), circle((-60, 70, 12), 80.0), delay(10.0), go(10, 60, 12), land(40, 30)],
+        {"cruise_speed_m_s": 7.0},
+        85.8,
+        (-54.0, 69.0),
+        [],
+    ),
+    (
+        [go(30, 50), circle((60, 80, 20), 60.0), delay(5.0), _BACK],
+        {"yaw_mode": 4},
+        104.0,
+        (49.0, 69.0),
+        [],
+    ),
+    # A circle of 52 m is within reach of where the waypoint 53 m away counts as reached.
+    (
+        [
+            *(go(0, -37), circle((28, -79, 15), 30.0), delay(3.0), go(-32, -75, 15)),
+            *(circle((21, -77, 15), 50.0), _BACK),
+        ],
+        {"yaw_mode": 4, "cruise_speed_m_s": 8.0},
+        120.6,
+        (24.0, -78.0),
+        [],
+    ),
+    # A waypoint that is reached at once is not looked to: it does not turn back from there.
+    (
+        [
+            *(go(-8, -36), go(-8, -97, hold=2.0), circle((36, -97, 20), 80.0)),
+            *(go(-8, -97, hold=2.0), circle((36, -97, 20), 80.0), go(5, -58, hold=2.0), _BACK),
+        ],
+        {"yaw_mode": 4, "cruise_speed_m_s": 6.0},
+        None,
+        (20.9, -69.9),
+        [],
+    ),
+    (
+        [
+            *(go(-45, 0), _FAR_ON, go(-75, -50), _FAR_ON, go(-75, -50)),
+            *(circle((-40, -80, 20), 80.0), delay(4.0), circle((0, -60, 26), 80.0)),
+            *(go(20, -30, 26), land(30, 0)),
+        ],
+        {"yaw_mode": 4, "cruise_speed_m_s": 6.0, "acceptance_radius_m": 3.0},
+        119.3,
+        (-40.0, -86.0),
+        [],
+    ),
+]
+
+
+@pytest.mark.parametrize(("stages", "change", "flown_s", "passed_m", "codes"), FROM_WHERE_IT_IS)
+def test_all_behind_a_wide_circle_begins_where_the_vehicle_is(
+    stages: list[Stage],
+    change: dict[str, float],
+    flown_s: float | None,
+    passed_m: tuple[float, float],
+    codes: list[str],
+) -> None:
+    parameters = replace(PX4, **{"cruise_speed_m_s": 5.0, **change})
+    speed_m_s = parameters.cruise_speed_m_s
+    stages = [replace(one, speed_m_s=speed_m_s) for one in stages]
+    motion = fly_px4((takeoff(0, 0), *stages), parameters, heading_rad=0.0)
+    assert [one.code for one in motion.findings] == codes
+    lasts_s = float(motion.segments.end_s[-1])
+    assert flown_s is None or lasts_s == pytest.approx(flown_s, rel=0.035)
+    state = motion.state_at_time(np.linspace(0.0, lasts_s, 4000))
+    off_m = np.hypot(state.east_m - passed_m[0], state.north_m - passed_m[1])
+    assert off_m.min() < 2.0
+
+
+def test_two_ways_far_apart_are_told_of() -> None:
+    # Flown straight, 14 m from the way by the line, which is 3.4 s longer.
+    parameters = replace(PX4, yaw_mode=4, cruise_speed_m_s=3.0, acceptance_radius_m=10.0)
+    stages = (go(43, 0), circle((43, 13, 20), 50.0), go(72, 31), circle((72, 50, 20), 30.0))
+    behind = (circle((38, 91, 20), 30.0), go(38, 95), _BACK)
+    motion = fly_px4((takeoff(0, 0), *stages, *behind), parameters, heading_rad=0.0)
+    told = [one for one in motion.findings if one.severity is Severity.ERROR]
+    assert [one.code for one in told] == ["T125"]
+    assert "may fly straight" in told[0].message

@@ -302,25 +302,42 @@ def test_a_ceiling_above_an_unknown_home_is_an_error_for_items_not_above_home(
 
 
 @pytest.mark.parametrize(
-    ("away_m", "rise_m", "hold_s", "is_error"),
-    [
-        (55.0, 0.0, 12.0, True),  # flown
-        (5.1, 0.7, 12.0, True),
-        (4.9, 0.0, 12.0, False),
-        (55.0, 0.9, 12.0, False),
-        (55.0, 0.0, 0.0, False),
-    ],
+    ("tangent", "hold_s", "is_error"), [(1.0, 12.0, True), (0.0, 12.0, False), (1.0, 0.0, False)]
 )
-def test_px4_that_waits_behind_a_loiter_reached_from_afar_flies_on_there(
-    away_m: float, rise_m: float, hold_s: float, *, is_error: bool
+def test_px4_that_waits_behind_a_loiter_left_on_its_tangent_flies_on_there(
+    tangent: float, hold_s: float, *, is_error: bool
 ) -> None:
-    loiter = item(31, north(100 + away_m), 20.0 + rise_m)
+    loiter = item(31, north(155.0), 20.0, params=(0.0, 0.0, 0.0, tangent))
     delay = item(93, 0.0, 0.0, frame=2, params=(hold_s, 0.0, 0.0, 0.0))
     one = mission(takeoff(20), waypoint(100, 20), loiter, delay, waypoint(50, 20), rtl())
     for autopilot in (PX4, ARDUPILOT):
-        told = [f for f in found(one, autopilot) if "flies on up to" in f.message]
+        told = [f for f in found(one, autopilot) if "flies on to its tangent" in f.message]
         expected = [Severity.ERROR] * (is_error and autopilot is PX4)
         assert [f.severity for f in told if f.code == "T102"] == expected
+
+
+def test_a_waypoint_near_a_loiter_passed_from_afar_is_not_reached_from_there() -> None:
+    # 12 m from the place of the LOITER_TO_ALT, which counts as reached from 60 m: T126 at 12 m before.
+    loiter = item(31, north(160.0), 20.0, params=(0.0, 80.0, 0.0, None))
+    near = item(16, north(172.0), 20.0, params=(0.0, 15.0, 0.0, None))
+    made = mission(takeoff(20), waypoint(100, 20), loiter, near, waypoint(50, 20), rtl())
+    assert "T126" not in [one.code for one in found(made, PX4)]
+    straight = mission(takeoff(20), waypoint(160, 20), near, waypoint(50, 20), rtl())
+    assert "T126" in [one.code for one in found(straight, PX4)]
+
+
+@pytest.mark.parametrize("is_limited", [False, True])
+def test_px4_that_may_fly_either_way_is_an_error_where_one_is_not_checked(
+    *, is_limited: bool
+) -> None:
+    # Flown straight; with 0.04 s more it would have been by the line behind the LOITER_TO_ALT.
+    east_deg = HOME.longitude_deg + 50.0 / 76_000.0
+    loiter = item(31, north(0.0), 20.6, params=(0.0, 60.0, 0.0, None), longitude_deg=east_deg)
+    made = mission(takeoff(20), waypoint(0, 20, hold_s=9.0), loiter, waypoint(60, 25), rtl())
+    told = found(made, PX4, heading_deg=0.0, terrain=ground(0.0) if is_limited else None)
+    assert [one.severity for one in told if one.code == "T125"] == [Severity.WARNING]
+    severities = [one.severity for one in told if "in two ways" in one.message]
+    assert severities == [Severity.ERROR] * is_limited
 
 
 # Three searches of 10 s, the defaults, of 100 s, and none; at some 270 W of hover 2.3 and 23 Wh.

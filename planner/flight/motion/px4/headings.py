@@ -35,7 +35,7 @@ def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArr
         place = moves.target_m[:, :2]
         looks = place if yaw_mode == _FROM_HOME else -place
         kept = horizontal(place) <= moves.radius_m
-    turned = ~kept & ~moves.is_landing & (yaw_mode != _FIXED)
+    turned = ~kept & ~moves.is_landing & ~moves.is_delay & (yaw_mode != _FIXED)
     along = np.where(turned, np.arctan2(looks[:, 0], looks[:, 1]), np.nan)
     own = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
     held = np.maximum.accumulate(np.where(np.isnan(own), -1, np.arange(len(own))))
@@ -102,7 +102,7 @@ def flown_pauses_s(moves: Moves, legs: Px4Legs) -> FloatArray:
 def _pausing(moves: Moves, way: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Return which moves may wait for their heading, and that, by the ways to where they look. [rad]"""
     along, asked = np.arctan2(way[:, 0], way[:, 1]), ~np.isnan(moves.yaw_rad)
-    waits = ((horizontal(way) > 0.0) | asked) & ~moves.is_landing
+    waits = ((horizontal(way) > 0.0) | asked) & ~moves.is_landing & ~moves.is_delay
     return waits, np.where(asked, moves.yaw_rad, along)
 
 
@@ -199,9 +199,15 @@ def waits_unknown(moves: Moves, legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
 
 
 def _looks(legs: Px4Legs) -> FloatArray:
-    """Return the directions moves are flown in; of those begun beside their legs to the target. (n, 3)"""
-    way, _ = directions(legs.planned.target_m - legs.place_m)
-    return np.where(legs.weaves.is_stepped[:, None], way, legs.planned.direction)
+    """Return the directions moves are flown in; of those begun beside their legs to the target. (n, 3)
+
+    Zero of those that are reached at once: nothing turns to what is within the acceptance radius.
+    """
+    planned = legs.planned
+    left_m = planned.target_m - legs.place_m
+    looks = np.where(legs.weaves.is_stepped[:, None], directions(left_m)[0], planned.direction)
+    is_far = planned.is_leg | (planned.is_wait & (horizontal(left_m) > planned.radius_m))
+    return np.where(is_far[:, None], looks, 0.0)
 
 
 def _flight_times_s(legs: Px4Legs) -> FloatArray:
@@ -224,5 +230,5 @@ def _flight_times_s(legs: Px4Legs) -> FloatArray:
         + braking.steady_s
         + np.where(brakes, braking_s, 0.0)
     )
-    flown = np.where(legs.planned.is_leg & (limits.length_m > 0.0), total, 0.0)
-    return np.where(legs.weaves.is_held, legs.turn_s, flown)
+    total = np.where(legs.weaves.is_held | (limits.length_m == 0.0), legs.turn_s, total)
+    return np.where(legs.planned.is_leg | legs.weaves.is_held, total, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -194,16 +195,20 @@ class PlannedLegs(Columns, eq=False):
     """Of the moves that are take-offs; of no meaning for others."""
 
 
-def plan_legs(moves: Moves, pause_s: FloatArray | None = None) -> PlannedLegs:
+def plan_legs(
+    moves: Moves, pause_s: FloatArray | None = None, stood_m: FloatArray | None = None
+) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order.
 
-    Those before moves, where they are known from a flight.
+    Waits before moves, and where these begin, as far as they are known from a flight; NaN where they are not.
     """
+    if stood_m is None:
+        stood_m = np.full_like(moves.target_m, np.nan)
     begins = moves.beginnings_m()
     direction, tail = _aims(moves, begins)
     ends = _flown_to_m(moves, direction, tail)
-    reached = _reached_at_once(moves, begins, ends)
-    for _ in range(2 if moves.goes_on.any() else 0):  # one may follow another
+    reached, place = _reached_at_once(moves, begins, ends, stood_m)
+    for _ in range(1 + _longest_run(moves.goes_on) if moves.goes_on.any() else 0):
         before_m = np.where(reached[:, None], begins, ends)
         begins = np.where(moves.goes_on[:, None], _of_those_before(before_m), begins)
         direction, tail = _aims(moves, begins)
@@ -218,7 +223,7 @@ def plan_legs(moves: Moves, pause_s: FloatArray | None = None) -> PlannedLegs:
         direction, tail = _aims(moves, begins)
     is_leg = ~reached & ~moves.is_landing
     afar_m = np.maximum(moves.radius_m, SHORTEST_L1_M)
-    is_afar = moves.circles & (horizontal(moves.target_m - begins) > afar_m)
+    is_afar = moves.circles & (horizontal(moves.target_m - place) > afar_m)
     is_wait = reached & ((moves.hold_s > 0.0) | is_afar)
     final_level, final_upright = final_speeds_m_s(moves, direction)
     if pause_s is None:
@@ -292,8 +297,20 @@ def _flown_to_m(moves: Moves, direction: FloatArray, tail_m: FloatArray) -> Floa
     return np.asarray(moves.target_m - direction * left[:, None])
 
 
-def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> BoolArray:
-    """Return which moves are reached where they begin, as those that are not end. (n,)"""
+def _longest_run(is_one: BoolArray) -> int:
+    """Return how many that are follow one another."""
+    ends = np.flatnonzero(np.append(~is_one, True))
+    return int(np.diff(ends, prepend=-1).max()) - 1
+
+
+def _reached_at_once(
+    moves: Moves, begins_m: FloatArray, ends_m: FloatArray, stood_m: FloatArray
+) -> tuple[BoolArray, FloatArray]:
+    """Return which moves are reached where they begin, as those that are not end, and where. (n,), (n, 3)
+
+    Where it is known that is where the vehicle was; a wait that nothing is known of ends at its place, but
+    that of a LOITER_TO_ALT where it began.
+    """
     parameters = moves.parameters
     way = moves.target_m - begins_m
     near = (horizontal(way) <= moves.reach_m + _of_those_before(moves.reach_m)) & (
@@ -304,7 +321,10 @@ def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> 
     place = begins_m.copy()
     for row in rows_of(candidates).tolist():
         if not moves.is_first[row]:
-            if reached[row - 1] and not moves.hold_s[row - 1] > 0.0:
+            stays = moves.circles[row - 1] or not moves.hold_s[row - 1] > 0.0
+            if math.isfinite(stood_m[row, 0]):
+                place[row] = stood_m[row]
+            elif reached[row - 1] and stays:
                 place[row] = place[row - 1]
             elif not (moves.is_landing[row - 1] or reached[row - 1]):
                 place[row] = ends_m[row - 1]
@@ -313,7 +333,7 @@ def _reached_at_once(moves: Moves, begins_m: FloatArray, ends_m: FloatArray) -> 
             np.hypot(off[0], off[1]) <= moves.reach_m[row] + _ON_THE_EDGE_M
             and abs(off[2]) <= parameters.altitude_acceptance_m + _ON_THE_EDGE_M
         )
-    return reached
+    return reached, place
 
 
 _UNCHANGED = 0.01
@@ -398,22 +418,33 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     """
     legs = _fly_moves(moves)
     flight = moves.is_first.cumsum()
-    for _ in range(_LOOKING_ROUNDS if moves.looks.any() else 2):
+    is_long = moves.looks.any() or moves.circles.any()
+    for _ in range(_LOOKING_ROUNDS if is_long else 2):
         hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
         pause_s = flown_pauses_s(moves, legs)
         is_other = hold_s != legs.planned.hold_s
         is_other |= np.abs(pause_s - legs.planned.pause_s) > _SAME_PAUSE_S
+        held, stood_m = replace(moves, hold_s=hold_s), _stood_m(legs)
+        if np.isfinite(stood_m).any():
+            is_other |= plan_legs(held, pause_s, stood_m).is_leg != legs.planned.is_leg
         waiting = flight[is_other]
         if not len(waiting):
             break
         again = (np.bincount(waiting, minlength=int(flight[-1]) + 1) > 0)[flight]
-        held = replace(moves, hold_s=hold_s).select(again)
-        legs.put(again, _fly_moves(held, pause_s[again]))
+        legs.put(again, _fly_moves(held.select(again), pause_s[again], stood_m[again]))
     return legs
 
 
-def _fly_moves(moves: Moves, pause_s: FloatArray | None = None) -> Px4Legs:
-    """Return how moves, at least one, are flown, with their waits before moves where these are known.
+def _stood_m(legs: Px4Legs) -> FloatArray:
+    """Return where moves begin behind what is not flown straight to its end; NaN for others. (n, 3) [m]"""
+    is_known = _of_those_before(legs.weaves.is_stepped | legs.planned.is_wait)
+    return np.where(is_known[:, None], legs.place_m, np.nan)
+
+
+def _fly_moves(
+    moves: Moves, pause_s: FloatArray | None = None, stood_m: FloatArray | None = None
+) -> Px4Legs:
+    """Return how moves, at least one, are flown, with what is known of their beginnings from a flight.
 
     Notes
     -----
@@ -421,7 +452,7 @@ def _fly_moves(moves: Moves, pause_s: FloatArray | None = None) -> Px4Legs:
     too short for the speed allowed at their end change those.  So all are flown at once, then those
     after a change again, until nothing changes.  A landing ends where it does, however it is begun.
     """
-    planned = plan_legs(moves, pause_s)
+    planned = plan_legs(moves, pause_s, stood_m)
     rows, is_landing = np.arange(len(moves.item)), moves.is_landing
     first = np.maximum.accumulate(np.where(moves.is_first, rows, 0))
     # A flight of its own may begin with moves that are reached at once.

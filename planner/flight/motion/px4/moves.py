@@ -166,6 +166,8 @@ _STILL_M_S = 1e-9
 """Speed that is none. [m s⁻¹]"""
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this means NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
+_NOT_LEFT = 2.0
+"""In the radius of a LOITER_TO_ALT, how far from its centre a vehicle that waits there surely is not. [-]"""
 _HOMEWARD, _DOWN, _LANDING = 1, 2, 3
 """Legs of the four of a return: home, down to wait, to the ground."""
 HOME_YAW = math.inf
@@ -384,8 +386,10 @@ class _Navigator:
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
         self._circle: tuple[float, float, float] | None = None
         """Centre and radius, negative for counter-clockwise, of what is left by a tangent. [m]"""
-        self._is_afar = False
-        """Whether the place before counted as reached from afar."""
+        self._here_m: tuple[float, float, float] | None = None
+        """Where the vehicle is whose place counted as reached from afar; None: near that. [m]"""
+        self._circling: Move | None = None
+        """The LOITER_TO_ALT that it is still flying to then."""
         self._flown_to: tuple[tuple[float, float, float], Move] | None = None
         """Where the move to the waypoint just flown to began, and it."""
 
@@ -407,9 +411,9 @@ class _Navigator:
             case StageKind.TAKEOFF:
                 yield from self._take_off(index, stage)
             case StageKind.DELAY:
-                yield self._move(index, stage.item, hold_s=stage.hold_s, is_delay=True)
+                yield self._wait(index, stage)
             case StageKind.CHANGE_HEIGHT:
-                yield from self._change_height(index, stage)
+                yield from self._change_height(index, stage, self._passed_m(flown_to))
             case StageKind.LAND:
                 self.east_m, self.north_m = stage.east_m, stage.north_m
                 move = self._go(index, stage, is_stop=True, hold_s=0.0)
@@ -429,10 +433,12 @@ class _Navigator:
         is_afar |= abs(passed_m[2] - self.height_m) > _NEAR_HEIGHT_M + _WITHIN_M
         if stage.return_path is not None:
             begins = passed_m if is_afar else self._place_m
+            if self._here_m is not None:
+                self.east_m, self.north_m, self.height_m = self._here_m
             yield from self.home_along(index, stage.item, stage.return_path, begins_m=begins)
             return
         if is_afar:
-            self._is_afar = True
+            self._here_m = passed_m
             self.east_m, self.north_m, self.height_m = passed_m
         home = np.array((stage.east_m, stage.north_m, stage.height_m))
         distance = np.array([math.dist(passed_m[:2], home[:2]) - _WITHIN_M])
@@ -467,7 +473,7 @@ class _Navigator:
             stop = self._move(index, item, hold_s=float(holds_s[leg]), is_stop=True, is_return=True)
             yaw = HOME_YAW if turns_home[leg] else math.nan
             # It begins anew: on a line from where the vehicle is, however far the place it had.
-            goes_on, self._is_afar = self._is_afar, False
+            goes_on, self._here_m = self._here_m is not None, None
             yield stop._replace(is_landing=leg == _LANDING, yaw_rad=yaw, goes_on=goes_on)
         self.is_airborne = False
 
@@ -516,7 +522,9 @@ class _Navigator:
         # Any heading is good enough for a take-off (``MissionBlock::is_mission_item_reached``).
         yield self._go(index, stage)._replace(yaw_rad=math.nan)
 
-    def _change_height(self, index: int, stage: Stage) -> Iterator[Move]:
+    def _change_height(
+        self, index: int, stage: Stage, begins_m: tuple[float, float, float]
+    ) -> Iterator[Move]:
         """Yield level flight towards a place, and the change of height on the way to it.
 
         Notes
@@ -526,23 +534,27 @@ class _Navigator:
         """
         radius = abs(stage.radius_m) or self.parameters.loiter_radius_m
         reach = radius + self.parameters.acceptance_radius_m
-        east, north, rise = self.east_m, self.north_m, stage.height_m - self.height_m
-        self.east_m, self.north_m = stage.east_m, stage.north_m
+        rise, place = stage.height_m - self.height_m, (stage.east_m, stage.north_m)
+        # It may still be coming to rest at the place before: it is flown to from the nearer end of that.
+        ends = begins_m[:2], self._vehicle_m[:2]
+        east, north = min(ends, key=lambda one: math.dist(one, place))
+        self.east_m, self.north_m = place
         way = math.hypot(stage.east_m - east, stage.north_m - north)
         if way > reach:
             level = self._go(index, stage, is_stop=True, hold_s=0.0)
             yield level._replace(reach_m=reach)
         self.height_m = stage.height_m
         changing = self._go(index, stage, is_stop=True, hold_s=0.0)
-        yield changing._replace(reach_m=reach, goes_on=way > reach, circles=True)
-        # A return from there begins where the vehicle is by then.
+        changing = changing._replace(reach_m=reach, goes_on=way > reach, circles=True)
+        yield changing
         left = min(way, reach) * min(
             self.parameters.altitude_acceptance_m / (abs(rise) or 1e-9), 1.0
         )
-        self._is_afar = left > self.parameters.acceptance_radius_m
-        if self._is_afar:
-            self.east_m += (east - stage.east_m) * left / way
-            self.north_m += (north - stage.north_m) * left / way
+        self._here_m = self._circling = None
+        if left > self.parameters.acceptance_radius_m:
+            off_e, off_n = (east - stage.east_m) * left / way, (north - stage.north_m) * left / way
+            self._here_m = stage.east_m + off_e, stage.north_m + off_n, stage.height_m
+            self._circling = changing
 
         if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, changing.speed_m_s):
             left = math.copysign(radius, stage.radius_m)
@@ -586,8 +598,9 @@ class _Navigator:
         course = math.atan2(away_e, away_n) - turn
         out_e, out_n = math.sin(course), math.cos(course)
         # What is left is a line across that, so far from the centre: its nearest point.
-        off = abs(radius) - (self.east_m - east) * out_e - (self.north_m - north) * out_n
-        self.east_m, self.north_m = self.east_m + off * out_e, self.north_m + off * out_n
+        (here_e, here_n, _), self._here_m = self._vehicle_m, None
+        off = abs(radius) - (here_e - east) * out_e - (here_n - north) * out_n
+        self.east_m, self.north_m = here_e + off * out_e, here_n + off * out_n
         move = self._go(index, stage, hold_s=0.0)
         near = max(move.radius_m, SHORTEST_L1_M)
         if abs(off) > near:
@@ -602,7 +615,7 @@ class _Navigator:
         the radius and NAV_MC_ALT_RAD of the place (``MissionBlock::is_mission_item_reached``).
         """
         if flown_to is None:
-            return self._place_m
+            return self._vehicle_m
         begin_m, move = flown_to
         way = np.subtract(move.target_m, begin_m)
         length = float(np.linalg.norm(way))
@@ -618,8 +631,31 @@ class _Navigator:
         east, north, height = (np.array(move.target_m) - way * (left / length)).tolist()
         return east, north, height
 
+    def _wait(self, index: int, stage: Stage) -> Move:
+        """Return a wait, in which the vehicle flies on to the place it has: an item without one sets none.
+
+        From where a LOITER_TO_ALT counted as reached, it is still on the way to its centre.
+        """
+        wait = self._move(index, stage.item, hold_s=stage.hold_s, is_delay=True)
+        if self._here_m is None or self._circling is None:
+            return wait
+        before = self._circling
+        east, north, height = self._here_m
+        left = math.dist(self._here_m[:2], self._place_m[:2])
+        part = min(before.speed_m_s * stage.hold_s / left, 1.0) if left > 0.0 else 1.0
+        east += part * (self.east_m - east)
+        north += part * (self.north_m - north)
+        self._here_m = east, north, height
+        return wait._replace(
+            speed_m_s=before.speed_m_s,
+            radius_m=before.radius_m,
+            reach_m=_NOT_LEFT * before.reach_m,
+            goes_on=True,
+            circles=True,
+        )
+
     def _place_at(self, stage: Stage) -> None:
-        self._is_afar = False
+        self._here_m = None
         self.east_m, self.north_m, self.height_m = stage.east_m, stage.north_m, stage.height_m
 
     def _go(
@@ -647,6 +683,10 @@ class _Navigator:
         """Those with which no return that may begin beyond RTL_MIN_DIST stays in the cone."""
         nearer_m = max(self.parameters.return_min_distance_m - RETURN_PLACE_ERROR_M, 0.0)
         return replace(self.parameters, return_min_distance_m=nearer_m)
+
+    @property
+    def _vehicle_m(self) -> tuple[float, float, float]:
+        return self._place_m if self._here_m is None else self._here_m
 
     @property
     def _place_m(self) -> tuple[float, float, float]:

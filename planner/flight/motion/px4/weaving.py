@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient, rows_of
+from planner.flight.motion.kinematics import (
+    Columns,
+    clipped,
+    horizontal,
+    lengths,
+    quotient,
+    rows_of,
+)
 from planner.flight.motion.px4.braking import STILL_M, allowed_speed_m_s, ramp_time_s
 from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.flight.motion.px4.stepping import (
@@ -22,7 +29,7 @@ from planner.flight.motion.px4.turns import ALIGNED_COS, turning_legs
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     import numpy.typing as npt
 
@@ -47,6 +54,8 @@ _BY_CHANCE_S = 3.0
 """Difference of the times of those, from which how a turn ends is a matter of chance. [s]"""
 _TWO_WAYS_S = 1.0
 """The same from which one is by the line and one straight: more than 3 % of the speed change. [s]"""
+_TWO_WAYS_M = 3.0
+"""The same of their places: farther apart than what is flown is from what is predicted. [m]"""
 _TOO_FAR = 1.5
 """Way across a leg, in the distance steered for, from which it is not just overshot."""
 _AT_REST_BESIDE_M = 1.0
@@ -80,7 +89,8 @@ WEAVES = Rule(
     "trajectory: an error where it gets farther across the leg than "
     "half as much again as the distance steered for, or where 3 % of the speed, or after a wait half a "
     "metre of its place, change its time by more than 3 s; a warning where a tenth of a second does so "
-    "that a LOITER_TO_ALT reached at once is flown, or where after a wait they change it by more than 1 s.",
+    "that a LOITER_TO_ALT reached at once is flown, where after a wait they change it by more than 1 s, or "
+    "either its way by more than 3 m.",
     fix="give the place flown to as large a radius, or the one before a smaller one, or fly slower; give a "
     "LOITER_TO_ALT a small radius (parameter 2), or another height than the vehicle has",
 )
@@ -96,6 +106,8 @@ class Weaves(Columns, eq=False):
     """How far across their legs those shoot that weave; 0 for others. [m]"""
     is_open: BoolArray
     """Whether it is open if they are flown to at once or beside their line first."""
+    is_chance: BoolArray
+    """Whether that is worth an error."""
     end_m: FloatArray
     """Where stepping ends. (n, 3) [m]"""
     end_m_s: FloatArray
@@ -114,6 +126,7 @@ class Weaves(Columns, eq=False):
             is_held=np.zeros(count, dtype=np.bool_),
             astray_m=np.zeros(count),
             is_open=np.zeros(count, dtype=np.bool_),
+            is_chance=np.zeros(count, dtype=np.bool_),
             end_m=end_m,
             end_m_s=end_m_s,
             end_m_s2=end_m_s2,
@@ -132,6 +145,14 @@ class Weaves(Columns, eq=False):
         turns.speed_m_s[row] = speed_m_s = np.hypot(*heading)
         along_m_s2 = quotient(np.dot(heading, swung.acceleration_m_s2[:2]), speed_m_s)
         turns.acceleration_m_s2[row] = max(float(along_m_s2), 0.0)
+
+    def tell(self, row: int, several: Sequence[Swung], too_far_m: float) -> None:
+        """Let a leg be told of as an error: it is weaved across, or which way it is flown is open."""
+        most_m = max(one.astray_m for one in several)
+        if most_m > too_far_m:
+            self.astray_m[row] = most_m
+        else:
+            self.is_open[row] = self.is_chance[row] = True
 
 
 def weave(begun: LegStarts, turns: Turns) -> Weaves:
@@ -192,8 +213,9 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
         arrivals_s = [_arrives_s(planned, row, one.reached_s, -one.place_m[-1]) for one in several]
         is_chance = max(arrivals_s) - min(arrivals_s) > _BY_CHANCE_S
         is_chance |= max(one.reached_s for one in several) >= LONGEST_S
+        is_apart = slow[row] and _apart_m(several) > _TWO_WAYS_M
         swung = several[0]
-        if is_chance or not leaves[row]:
+        if is_chance or is_apart or not leaves[row]:
             swung = several[int(np.argmax(arrivals_s))]
         unstepped_s = _arrives_s(
             planned, row, turns.duration_s[row], planned.target_m[row] - turns.end_m[row]
@@ -202,9 +224,9 @@ def weave(begun: LegStarts, turns: Turns) -> Weaves:
             weaves.step(row, several[0], planned.target_m[row], turns)
             continue
         weaves.step(row, swung, planned.target_m[row], turns)
-        weaves.is_open[row] = is_chance and slow[row]
+        weaves.is_open[row] = slow[row] and (is_chance or is_apart)
         if (is_chance and not slow[row]) or several[0].astray_m > _TOO_FAR * l1[row]:
-            weaves.astray_m[row] = max(one.astray_m for one in several)
+            weaves.tell(row, several, _TOO_FAR * l1[row])
     return weaves
 
 
@@ -223,17 +245,21 @@ def _step_paused(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
     there = begun.at_rest(turns.end_m)
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
     circles, beside_m = _circles(there, l1), _beside_m(there)
+    slow = horizontal(begun.velocity_m_s) <= SLOWEST_TURN_M_S
     for row in rows_of(pausing & (circles | (beside_m > _AT_REST_BESIDE_M))).tolist():
         hold_s = max(float(planned.hold_s[row]), _NAVIGATED_S) if circles[row] else None
         is_tried = planned.is_from_ground[row] and beside_m[row] > l1[row] and not circles[row]
         several = [stepped(one) for one in _paused(begun, row, hold_s, is_tried=is_tried)]
         arrivals_s = [_arrives_s(planned, row, one.reached_s, -one.place_m[-1]) for one in several]
         differ_s = max(arrivals_s) - min(arrivals_s)
-        swung = several[int(np.argmax(arrivals_s)) if differ_s > _TWO_WAYS_S else 0]
-        if differ_s > _BY_CHANCE_S or swung.astray_m > _TOO_FAR * l1[row]:
-            weaves.astray_m[row] = max(one.astray_m for one in several)
-        else:
-            weaves.is_open[row] = differ_s > _TWO_WAYS_S and planned.leaves_circle[row]
+        is_open = differ_s > _TWO_WAYS_S or _apart_m(several) > _TWO_WAYS_M
+        swung = several[int(np.argmax(arrivals_s)) if is_open else 0]
+        weaves.is_open[row] = is_open
+        sure_s = (
+            arrivals_s[: len(arrivals_s) - len(_SLOW)] if slow[row] and is_tried else arrivals_s
+        )
+        if max(sure_s) - min(sure_s) > _BY_CHANCE_S or swung.astray_m > _TOO_FAR * l1[row]:
+            weaves.tell(row, several, _TOO_FAR * l1[row])
         # What is tried from near by is flown from where the vehicle is.
         off_m = begun.place_m[row] - planned.target_m[row] - swung.place_m[0]
         left = 1.0 - swung.time_s / (swung.time_s[-1] or 1.0)
@@ -260,6 +286,8 @@ def _paused(
         speed_m_s = round(factor * level.speed_m_s, _DIGITS)
         similar = _swing(begun, row, factor)._replace(waits_s=waits_s)
         yield _near(similar)._replace(level=level._replace(speed_m_s=speed_m_s))
+    for factor in _SLOW if horizontal(begun.velocity_m_s[row]) <= SLOWEST_TURN_M_S else ():
+        yield _near(_swing(begun, row, factor)._replace(waits_s=waits_s))
 
 
 def _near(swing: SteppedLeg) -> SteppedLeg:
@@ -294,6 +322,24 @@ def _stand(begun: LegStarts, weaves: Weaves, turns: Turns) -> None:
 def _arrives_s(planned: PlannedLegs, row: int, turn_s: float, way_m: FloatArray) -> float:
     """Return when a vehicle arrives at its full speed after a turn, by the way left. [s]"""
     return turn_s + float(horizontal(way_m)) / float(planned.speed_m_s[row])
+
+
+def _apart_m(several: Sequence[Swung]) -> float:
+    """Return how far from the first way to a target others lead. [m]"""
+    ways_m = [np.vstack((one.place_m[:, :2], np.zeros((1, 2)))) for one in several]
+    first = ways_m[0]
+    return max(
+        (max(_off_m(first, other), _off_m(other, first)) for other in ways_m[1:]), default=0.0
+    )
+
+
+def _off_m(way_m: FloatArray, line_m: FloatArray) -> float:
+    """Return how far places of a way are from a line through places at most. [m]"""
+    parts = np.diff(line_m, axis=0)
+    from_m = way_m[:, None] - line_m[:-1]
+    along = quotient((from_m * parts).sum(axis=2), (parts * parts).sum(axis=1))
+    off = from_m - clipped(along, 0.0, 1.0)[:, :, None] * parts
+    return float(np.sqrt((off * off).sum(axis=2)).min(axis=1).max())
 
 
 def _circles(begun: LegStarts, l1_m: FloatArray) -> BoolArray:
@@ -410,12 +456,13 @@ def _vector(row: FloatArray, digits: int = _DIGITS) -> Vector:
 
 def weave_findings(item: IntArray, weaves: Weaves, turn_s: FloatArray) -> Iterator[Finding]:
     """Yield each leg that is weaved across, or may be begun in two ways."""
-    for move in rows_of(weaves.is_open).tolist():
+    for move in rows_of(weaves.is_open & (weaves.astray_m == 0.0)).tolist():
         message = (
-            "PX4 may fly straight to this place, or first to the line behind the LOITER_TO_ALT before, which "
-            "it leaves from afar and hardly moving: the longer way is predicted"
+            "PX4 may fly straight to this place, or first to its line from the place before, which it leaves "
+            "from afar and hardly moving: the longer way is predicted"
         )
-        yield WEAVES.finding(message, item=int(item[move]), severity=Severity.WARNING)
+        severity = None if weaves.is_chance[move] else Severity.WARNING
+        yield WEAVES.finding(message, item=int(item[move]), severity=severity)
     for move in rows_of(weaves.astray_m).tolist():
         message = (
             f"PX4 weaves {weaves.astray_m[move]:.0f} m across its line to this place, for about "
