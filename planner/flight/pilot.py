@@ -421,6 +421,24 @@ def airspeed_limit_m_s(
     return limit_m_s * _fraction_left(vehicle, parameters, aloft.times_heavier)
 
 
+_STEEPEST_DELIVERED_RAD = math.radians(45.0)
+"""MPC_TILTMAX_AIR: the steepest lean that autopilots are delivered with. [rad]"""
+
+
+def limit_lean_rad(vehicle: VehicleModel, parameters: FlightParameters | None) -> float:
+    """Return the lean angle at which a vehicle with these parameters holds `airspeed_limit_m_s`. [rad]
+
+    Where neither parameters nor the model say so, the steepest that autopilots are delivered with: the more
+    it leans there, the less wind it holds in a descent.
+    """
+    held_deg = vehicle.airspeed_limit_lean_deg
+    if parameters is None:
+        return _STEEPEST_DELIVERED_RAD if held_deg is None else math.radians(held_deg)
+    if held_deg is not None:
+        return parameters.lean_angle_max_rad
+    return min(parameters.lean_angle_max_rad, _held_lean_rad(vehicle, type(parameters)))
+
+
 def shown_airspeed_m_s(
     vehicle: VehicleModel, parameters: FlightParameters | None, aloft: Aloft
 ) -> float | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.flight.budget import item_arrivals, predict_return_discharge, stay_above
-from planner.flight.pilot import airspeed_limit_m_s, shown_airspeed_m_s
+from planner.flight.pilot import airspeed_limit_m_s, limit_lean_rad, shown_airspeed_m_s
 from planner.mission.takers import may_fly
 from planner.quantity import mean_of
 from planner.units import wh_from_j
@@ -134,6 +134,11 @@ class Assessment(Value, eq=False, dict=True):
     def airspeed_limit_m_s(self) -> float | None:
         """Highest airspeed of the vehicle at its lean limit, with what it carries; ``None``: not known."""
         return airspeed_limit_m_s(self.vehicle, self.own_parameters, self.setup.aloft)
+
+    @property
+    def limit_lean_rad(self) -> float:
+        """Lean angle at which the vehicle holds that airspeed. [rad]"""
+        return limit_lean_rad(self.vehicle, self.own_parameters)
 
     @property
     def holds_for_others(self) -> bool:

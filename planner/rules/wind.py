@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -12,15 +12,18 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s
 from planner.flight.pilot import RATED_WIND
 from planner.flight.reach import GUST_SDS, SituationKind
+from planner.mission.route.stage import LANDED_STAGES
+from planner.physics.drift import held_wind_m_s, level_airspeed_m_s
 from planner.rules.assessment import numbers
 from planner.rules.declaration import ARDUPILOT, PX4, NotEvaluated, judges
 from planner.setup import ASSUMED_POSITION_ERROR_M
+from planner.units import GRAVITY_M_S2
 from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.arrays import FloatArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
     from planner.flight.motion.kinematics import CirclesAtRate
     from planner.physics.wind import Wind
@@ -50,7 +53,12 @@ NO_HEADWAY = Rule(
     "vehicle may be: on the mission, holding at any point of it, on the return from there.  What is heavier "
     "than the model leans less: as the drag goes by drag_exponent; of a payload that no gripper, winch, "
     "servo, relay or landing on the way may take, less two standard deviations.  Fires "
-    "where the wind, its mean and two standard deviations, is stronger, and where the ground speed "
+    "where the wind, its mean and two standard deviations, is stronger; where it is stronger than what is "
+    "held while the vehicle sinks, as the drag then carries weight: U with v^(n-1) (U + w tan θ) = limitⁿ, w "
+    "the rate of descent, v = hypot(U, w), θ the greatest lean angle (of a model that tells neither that nor "
+    "parameters 45°, the steepest as delivered), n drag_exponent, else of 1 to 2 the one that leaves least "
+    "(flown, 10.24 m/s by 30°, sinking at 1.5 m/s: 9.6 m/s just drifts, 10.1 m/s lands 27 m beside); and "
+    "where the ground speed "
     "along the course, w_along + sqrt(v_max² − w_across²), is 0.1 m/s or less.  Of a model with "
     "neither that airspeed nor identified ones no wind is checked: X904.",
     fix="wait for less wind, or fly a faster vehicle",
@@ -76,40 +84,89 @@ WIND_BEYOND_MODEL = Rule(
 
 @judges(NO_HEADWAY, WIND_BEYOND_MODEL)
 def _no_headway(a: Assessment) -> Iterator[Found]:
-    stated_m_s, identified, wind = (
-        a.airspeed_limit_m_s,
-        a.vehicle.valid_for.speed_m_s,
-        a.setup.wind,
-    )
-    reach = a.reach
-    gust_m_s = reach.gust_m_s(wind)
-    strongest_m_s = float(gust_m_s.max())
-    if stated_m_s is None and not strongest_m_s > 0.0:
+    if a.airspeed_limit_m_s is not None:
+        yield from _beyond_limit(a, a.airspeed_limit_m_s)
         return
-    if stated_m_s is None and identified is None:
+    strongest_m_s = float(a.reach.gust_m_s(a.setup.wind).max())
+    if not strongest_m_s > 0.0:
+        return
+    if a.vehicle.valid_for.speed_m_s is None:
         yield NotEvaluated(
             rule=NO_HEADWAY,
             needs="a vehicle model with airspeed_limit_m_s, or with speed_m_s under [valid_for]",
             asked_by=f"wind of {quantity.speed(strongest_m_s)}",
         )
         return
-    limit_m_s, rated_m_s = stated_m_s, math.inf
-    if limit_m_s is None:
-        limit_m_s = a.shown_airspeed_m_s
-        assert identified is not None
-        assert limit_m_s is not None
-    mean_m_s = wind.speed_m_s * wind.speed_factor(reach.height_m)
-    if stated_m_s is not None:
-        drifts = gust_m_s > limit_m_s
+    yield from _beyond_model(a)
+
+
+def _beyond_limit(a: Assessment, limit_m_s: float) -> Iterator[Finding]:
+    """Yield where the wind is too strong for a known airspeed limit: first what even level flight lacks."""
+    reach, gust_m_s = a.reach, a.reach.gust_m_s(a.setup.wind)
+    blown = gust_m_s > limit_m_s
+    blown |= _stuck(a, limit_m_s, blown)
+    asks_m_s = level_airspeed_m_s(gust_m_s, -reach.climb_m_s, **_lean_of_limit(a))
+    sinks = (asks_m_s > limit_m_s) & (gust_m_s > 0.0)
+    limit = quantity.speed(limit_m_s)
+    if blown.any():
+        first = int(np.argmax(blown))
+        strongest_m_s = float(gust_m_s[blown].max())
+        blows = _blows(a.setup.wind, quantity.speed(strongest_m_s))
+        message = f"{blows} against an airspeed limit of {limit}"
+    elif sinks.any():
+        first = int(np.argmax(sinks))
+        # Of the descents for that item the one that asks most.
+        there = sinks & (reach.item == reach.item[first]) & (reach.kind == reach.kind[first])
+        worst = int(np.argmax(np.where(there, asks_m_s, -np.inf)))
+        sink_m_s = -float(reach.climb_m_s[worst])
+        held_m_s = held_wind_m_s(limit_m_s, sink_m_s, **_lean_of_limit(a))
+        gust = quantity.beside(float(gust_m_s[worst]), held_m_s, quantity.speed)
+        message = (
+            f"{_blows(a.setup.wind, gust)}; it holds {quantity.speed(held_m_s)} while it sinks at "
+            f"{quantity.speed(sink_m_s)}, of an airspeed limit of {limit}"
+        )
     else:
-        rated_m_s = RATED_WIND * limit_m_s
-        if a.vehicle.wind_max_m_s is not None:
-            rated_m_s = min(rated_m_s, a.vehicle.wind_max_m_s)
-        drifts = (gust_m_s >= limit_m_s) | (mean_m_s > (1.0 + _ROUNDING) * rated_m_s)
-    stuck = np.zeros_like(drifts)
-    # At an airspeed v in a wind w < v the ground speed is nowhere below v − w, that of flight upwind.
-    if limit_m_s - float(mean_m_s.max()) > SLOWEST_M_S and not drifts.any():
         return
+    model_m_s = a.vehicle.airspeed_limit_m_s or limit_m_s
+    if limit_m_s < model_m_s and a.own_parameters is not None:
+        message += f": {quantity.speed(model_m_s)} less what {_lean_limit(a.own_parameters)} takes"
+    item = int(reach.item[first])
+    yield a.finding(
+        NO_HEADWAY, f"cannot hold its position {reach.where(first)}: {message}", item=item
+    )
+
+
+def _beyond_model(a: Assessment) -> Iterator[Finding]:
+    """Yield where the wind is too strong for what the flights of a model show."""
+    reach, wind, limit_m_s = a.reach, a.setup.wind, a.shown_airspeed_m_s
+    assert limit_m_s is not None
+    gust_m_s = reach.gust_m_s(wind)
+    rated_m_s = RATED_WIND * limit_m_s
+    if a.vehicle.wind_max_m_s is not None:
+        rated_m_s = min(rated_m_s, a.vehicle.wind_max_m_s)
+    mean_m_s = wind.speed_m_s * wind.speed_factor(reach.height_m)
+    blown = (gust_m_s >= limit_m_s) | (mean_m_s > (1.0 + _ROUNDING) * rated_m_s)
+    blown |= _stuck(a, limit_m_s, blown)
+    if not blown.any():
+        return
+    first = int(np.argmax(blown))
+    strongest = quantity.speed(float(gust_m_s[blown].max()))
+    yield a.finding(
+        WIND_BEYOND_MODEL,
+        f"no headway is certain {reach.where(first)}: {_blows(wind, strongest)}; {known_text(a.vehicle)} "
+        f"up to {shown_airspeed_text(a)}, good for {quantity.speed(rated_m_s)}",
+        item=int(reach.item[first]),
+    )
+
+
+def _stuck(a: Assessment, limit_m_s: float, blown: BoolArray) -> BoolArray:
+    """Return where an airspeed limit leaves no headway on the course; not looked at where it need not be."""
+    reach, wind = a.reach, a.setup.wind
+    stuck = np.zeros_like(blown)
+    mean_m_s = wind.speed_m_s * wind.speed_factor(reach.height_m)
+    # At an airspeed v in a wind w < v the ground speed is nowhere below v − w, that of flight upwind.
+    if limit_m_s - float(mean_m_s.max()) > SLOWEST_M_S and not blown.any():
+        return stuck
     moves = np.flatnonzero(reach.ground_speed_m_s > 0.0)
     stuck[moves] = (
         headway_m_s(
@@ -120,30 +177,22 @@ def _no_headway(a: Assessment) -> Iterator[Found]:
         )
         <= SLOWEST_M_S
     )
-    first = int(np.argmax(drifts | stuck))
-    if not (drifts[first] or stuck[first]):
-        return
-    strongest_m_s = float(gust_m_s[drifts | stuck].max())
+    return stuck
+
+
+def _blows(wind: Wind, strongest: str) -> str:
     gusts = " (mean + 2 sd)" if wind.speed_sd_m_s > 0.0 else ""
-    blows = f"{quantity.speed(strongest_m_s)} of wind{gusts}{_profile(wind)}"
-    limit = quantity.speed(limit_m_s)
-    if stated_m_s is not None:
-        message = (
-            f"cannot hold its position {reach.where(first)}: {blows} against an airspeed limit of "
-            f"{limit}"
-        )
-        held_m_s = a.vehicle.airspeed_limit_m_s or limit_m_s
-        if limit_m_s < held_m_s and a.own_parameters is not None:
-            message += (
-                f": {quantity.speed(held_m_s)} less what {_lean_limit(a.own_parameters)} takes"
-            )
-    else:
-        message = (
-            f"no headway is certain {reach.where(first)}: {blows}; {known_text(a.vehicle)} up to "
-            f"{shown_airspeed_text(a)}, good for {quantity.speed(rated_m_s)}"
-        )
-    rule = WIND_BEYOND_MODEL if stated_m_s is None else NO_HEADWAY
-    yield a.finding(rule, message, item=int(reach.item[first]))
+    return f"{strongest} of wind{gusts}{_profile(wind)}"
+
+
+class _LeanOfLimit(TypedDict):
+    lean_rad: float
+    exponent: float | None
+
+
+def _lean_of_limit(a: Assessment) -> _LeanOfLimit:
+    """Return how what a vehicle holds depends on its rate of descent."""
+    return {"lean_rad": a.limit_lean_rad, "exponent": a.vehicle.drag_exponent}
 
 
 def known_text(vehicle: VehicleModel) -> str:
@@ -407,6 +456,67 @@ def _lean_near_ground(a: Assessment, parameters: ArduPilotParameters) -> Iterato
         f"it leans 7° at most, which holds {certain} for certain and {most} at most",
         severity=Severity.ERROR if gust_m_s > math.sqrt(left) * highest_m_s else None,
     )
+
+
+_LANDED_LEAN_RAD = math.radians(15.0)
+"""``LAND_CHECK_LARGE_ANGLE_CD``: asked for more lean ArduCopter does not take itself for landed."""
+_ON_THE_GROUND_M = 1.0
+"""How high above the ground the wind counts that the position controller leans against as it lands."""
+STAYS_ARMED = Rule(
+    "W107 stays-armed",
+    Severity.WARNING,
+    summary="In this wind ArduPilot may stay armed after it has landed.",
+    why="It takes itself for landed only while it is asked for a lean of 15° or less "
+    "(Copter::update_land_detector); standing on the ground it goes on to lean against the wind, and ever "
+    "more for the centimetres it is off its place.  It stands there with its motors turning, takes more "
+    "time and energy than predicted, and flies no further mission.",
+    how="The lean that the wind asks for where it lands, its mean and two standard deviations 1 m above the "
+    "ground, above 15°: by the balance of W101 at the speed of landing, with airspeed_limit_m_s, less two of "
+    "its airspeed_limit_fraction, and drag_exponent, else 1; of a model without it by drag_per_s, of one "
+    "with neither not at all.  Flown with ArduCopter 4.7, where that is 5.7 m/s: with as much wind down to "
+    "the ground disarmed 2 s after the touch-down at 5.5 m/s, not within 3 minutes at 5.8, 6.1, 6.4, 7.8, "
+    "8.6 and 9.4 m/s, nor at 8.6 m/s with WP_NAVALT_MIN 1; with a wind that falls to nothing over the last "
+    "metre after 2 s up to 8.2 m/s, after 4 minutes at 8.6 and 9.2 m/s.  PX4 does not ask for the lean.",
+    fix="wait for less wind, or be ready to disarm by hand",
+    instead="--wind, or the parameters of --params",
+)
+
+
+@judges(STAYS_ARMED, needs=(ARDUPILOT,))
+def _stays_armed(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    wind = replace(a.setup.wind, ground_below_m=0.0)  # over the ground where it lands
+    strongest_m_s = wind.speed_m_s + GUST_SDS * wind.speed_sd_m_s
+    gust_m_s = strongest_m_s * float(wind.speed_factor(_ON_THE_GROUND_M))
+    lean_rad = min(
+        _lean_against(a, gust_m_s, parameters.land_speed_m_s), parameters.lean_angle_max_rad
+    )
+    rounded_rad = (1.0 + _ROUNDING) * _LANDED_LEAN_RAD
+    if lean_rad <= rounded_rad:
+        return
+    landings = a.route.rows_of(*LANDED_STAGES)
+    lean = quantity.beside(
+        math.degrees(lean_rad), 15.0, lambda deg: f"{quantity.decimals(deg, 0)}°"
+    )
+    yield a.finding(
+        STAYS_ARMED,
+        f"lands in {quantity.speed(gust_m_s)} of wind, leaning {lean}: asked for more than 15° ArduPilot "
+        "does not take itself for landed, and may stay armed",
+        item=a.route.stages[landings[0]].item if landings else None,
+    )
+
+
+def _lean_against(a: Assessment, wind_m_s: float, sink_m_s: float) -> float:
+    """Return how far a vehicle leans to hold its place in a wind while it sinks; 0: not known. [rad]"""
+    limit_m_s, drag_per_s = a.airspeed_limit_m_s, a.vehicle.drag_per_s
+    if limit_m_s is None:
+        share_s_m = (drag_per_s or 0.0) / (GRAVITY_M_S2 * a.setup.aloft.times_heavier)
+    else:
+        exponent = a.vehicle.drag_exponent or 1.0
+        sure_m_s = limit_m_s * (1.0 - GUST_SDS * (a.vehicle.airspeed_limit_fraction or 0.0))
+        speed = (math.hypot(wind_m_s, sink_m_s) / sure_m_s) ** (exponent - 1.0)
+        share_s_m = math.tan(a.limit_lean_rad) * speed / sure_m_s
+    # Of the drag over the weight and the airspeed: what is horizontal over what the rotors hold up.
+    return math.atan2(share_s_m * wind_m_s, 1.0 - share_s_m * sink_m_s)
 
 
 WIND_LIMIT = Rule(

@@ -64,6 +64,16 @@ NEAR_GROUND_M_S = 15.0 * math.tan(math.radians(7.0)) / math.tan(math.radians(30.
 # sqrt(0.5 · 2.5 · 20) = 5 m/s, 1.25 m/s² across; at 30° of lean drag is 5.66/15 per second.
 CIRCLE_WIND_M_S = 15.0 - math.hypot(5.0, 1.25 * 15.0 / (9.80665 * math.tan(math.radians(30.0))))
 
+
+def asked_to_lean(lean_deg: float) -> tuple[Finding, ...]:
+    """Return what is reported of a landing in a wind that asks for a lean, by 15 m/s at 30°."""
+    # U tan 30° / 15 m/s is the drag over the weight, and w tan 30° / 15 m/s of 1 what it carries of that.
+    lean, limit = math.tan(math.radians(lean_deg)), math.tan(math.radians(30.0)) / 15.0
+    wind_m_s = lean / limit * (1.0 - 0.5 * limit)
+    vehicle = replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=15.0)
+    return found(PLAIN, ARDUPILOT, vehicle=vehicle, wind=Wind(speed_m_s=wind_m_s))
+
+
 CASES: Mapping[str, RuleCases] = {
     "W101": RuleCases(
         fires=lambda: against(15.0, 15.0),
@@ -90,6 +100,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: landing_in(3.3),
         boundary=lambda: landing_in(NEAR_GROUND_M_S),
         silent=lambda: landing_in(3.1),
+    ),
+    "W107": RuleCases(
+        fires=lambda: asked_to_lean(15.1),
+        boundary=lambda: asked_to_lean(15.0),
+        silent=lambda: asked_to_lean(14.9),
     ),
     "T114": RuleCases(
         fires=lambda: found(PLAIN, PX4, "COM_POS_LOW_EPH,2.4\n"),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 from made_terrain import ground
-from rule_cases.case import ARDUPILOT, PLAIN, PX4, found, vehicle_of
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, found, vehicle_of
 
 from planner.findings import Severity
 from planner.geo.fence import Fence
@@ -56,16 +56,22 @@ def of(
     return [f for f in found(one, autopilot, vehicle=vehicle, **more) if f.code == code]
 
 
+# Of 12 m/s in level flight the descent at 1.5 m/s, which both are delivered with, leaves
+# 12 − 1.5 tan 30° = 11.13 m/s, and leaning 45° 12 − 1.5 = 10.5 m/s.
 @pytest.mark.parametrize("one", [HOVER, UP_AND_DOWN], ids=["hover", "up and down"])
-@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
 @pytest.mark.parametrize(
-    ("speed_m_s", "sd_m_s", "fires"),
+    ("autopilot", "speed_m_s", "sd_m_s", "fires"),
     [
-        (13.0, 0.0, True),
-        (12.1, 0.0, True),
-        (11.8, 0.0, False),
-        (10.0, 0.9, False),  # 11.8 in gusts
-        (10.0, 1.1, True),  # 12.2
+        (ARDUPILOT, 13.0, 0.0, True),
+        (ARDUPILOT, 11.2, 0.0, True),
+        (ARDUPILOT, 11.1, 0.0, False),
+        (ARDUPILOT, 10.0, 0.55, False),  # 11.1 in gusts
+        (ARDUPILOT, 10.0, 0.6, True),  # 11.2
+        (PX4, 13.0, 0.0, True),
+        (PX4, 10.6, 0.0, True),
+        (PX4, 10.4, 0.0, False),
+        (PX4, 9.0, 0.7, False),  # 10.4 in gusts
+        (PX4, 9.0, 0.8, True),  # 10.6
     ],
 )
 def test_wind_beyond_the_limit_of_a_vehicle_that_only_hovers_climbs_and_lands_is_an_error(
@@ -75,24 +81,106 @@ def test_wind_beyond_the_limit_of_a_vehicle_that_only_hovers_climbs_and_lands_is
     assert severities("W101", one, LIMITED, autopilot, wind=wind) == [ERROR] * fires
 
 
+# By the balance of forces, of 10.24 m/s with 30°: v^0.4 (U + w tan 30°) = 10.24^1.4 = 25.97.
+@pytest.mark.parametrize(
+    ("parameters", "exponent", "held_m_s"),
+    [
+        ("", 1.4, 9.59),  # 9.710^0.4 (9.594 + 0.866) = 2.4825 * 10.460 = 25.97
+        ("WPNAV_SPEED_DN,300\n", 1.4, 8.88),  # 9.371^0.4 (8.878 + 1.732) = 2.4474 * 10.610 = 25.97
+        ("LAND_SPEED_HIGH,300\n", 1.4, 8.88),
+        ("", None, 9.37),  # 10.24 - 0.866
+        ("WPNAV_SPEED_DN,500\nWPNAV_ACCEL_Z,500\n", None, 7.35),  # 10.24 - 2.887
+        ("WPNAV_SPEED_DN,50\nLAND_SPEED,200\n", None, 9.08),  # 10.24 - 1.155
+        ("ANGLE_MAX,2000\n", None, 5.91),  # 10.24 tan 20° / tan 30° - 1.5 tan 20° = 6.455 - 0.546
+    ],
+)
+def test_sinking_a_vehicle_holds_less_wind_than_in_level_flight(
+    parameters: str, exponent: float | None, held_m_s: float
+) -> None:
+    """Flown: at 1.5 m/s of sink 9.6 m/s just drifts, 10.1 m/s drifts 0.6 m/s."""
+    vehicle = replace(
+        QUAD, airspeed_limit_m_s=10.24, airspeed_limit_lean_deg=30.0, drag_exponent=exponent
+    )
+    if exponent is None and "ANGLE_MAX" in parameters:
+        vehicle = replace(vehicle, airspeed_limit_lean_deg=None)
+    for off_m_s, fires in ((-0.02, False), (0.02, True)):
+        wind = Wind(speed_m_s=held_m_s + off_m_s, from_deg=0.0)
+        more: dict[str, Any] = {"wind": wind, "parameters": parameters}
+        assert severities("W101", UP_AND_DOWN, vehicle, **more) == [ERROR] * fires
+
+
+def test_what_is_held_in_a_descent_is_told_with_its_rate() -> None:
+    given: dict[str, Any] = {"wind": Wind(speed_m_s=11.5), "parameters": "WPNAV_SPEED_DN,200\n"}
+    [finding] = of("W101", UP_AND_DOWN, LIMITED, **given)
+    assert finding.message == (
+        "cannot hold its position at item 2: 11.5 m/s of wind; it holds 10.8 m/s while it sinks at 2.0 m/s, "
+        "of an airspeed limit of 12.0 m/s"
+    )
+    # As strong as it flies at all: that is what is told.
+    given["wind"] = Wind(speed_m_s=12.1)
+    [finding] = of("W101", UP_AND_DOWN, LIMITED, **given)
+    assert "12.1 m/s of wind against an airspeed limit of 12.0 m/s" in finding.message
+
+
+def test_a_descent_on_the_way_and_one_on_a_return_are_descents_too() -> None:
+    # 12 − 5 tan 30° = 9.11 m/s, down to 10 m and on the way home from 60 m; a climb leaves it all.
+    slow = "WPNAV_SPEED_DN,500\nLAND_SPEED_HIGH,50\nRTL_ALT,0\n"
+    down = mission(takeoff(60), waypoint(0, 60), waypoint(30, 10), item(21, north(30), 0.0))
+    for wind_m_s, fires in ((9.0, False), (9.3, True)):
+        wind = Wind(speed_m_s=wind_m_s, from_deg=90.0)
+        assert severities("W101", down, LIMITED, wind=wind, parameters=slow) == [ERROR] * fires
+    up = "WPNAV_SPEED_UP,500\nWPNAV_SPEED_DN,20\nLAND_SPEED,30\nLAND_SPEED_HIGH,20\n"
+    assert not of("W101", UP_AND_DOWN, LIMITED, wind=Wind(speed_m_s=11.8), parameters=up)
+
+
+@pytest.mark.parametrize(
+    ("lean_deg", "wind_m_s", "fires"),
+    [
+        (None, 8.5, False),  # 10 − 1.4 tan 45° = 8.6
+        (None, 8.7, True),
+        (20.0, 9.4, False),  # 10 − 1.4 tan 20° = 9.49
+        (20.0, 9.6, True),
+    ],
+)
+def test_of_steps_the_lean_is_the_models_or_the_steepest_that_is_delivered(
+    lean_deg: float | None, wind_m_s: float, *, fires: bool
+) -> None:
+    """The article's vehicle, with a limit of 10 m/s: asked for less it sinks at up to 1.4 m/s."""
+    article = load_vehicle("falkowski-2023-quadrotor")
+    vehicle = replace(article, airspeed_limit_m_s=10.0, airspeed_limit_lean_deg=lean_deg)
+    wind = Wind(speed_m_s=wind_m_s)
+    assert severities("W101", PLAIN, vehicle, STEP, wind=wind) == [ERROR] * fires
+
+
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+@pytest.mark.parametrize("limit_m_s", [8.0, 10.0, 15.0, 20.0])
+def test_an_ordinary_breeze_is_no_error_for_its_descent(
+    autopilot: Autopilot, limit_m_s: float
+) -> None:
+    """80 % of the limit, sinking at 1.5 m/s."""
+    vehicle = replace(QUAD, airspeed_limit_m_s=limit_m_s)
+    wind = Wind(speed_m_s=0.8 * limit_m_s)
+    assert not of("W101", UP_AND_DOWN, vehicle, autopilot, wind=wind)
+
+
 @pytest.mark.parametrize(
     ("wind_m_s", "from_deg", "fires"),
     [
         (11.89, 0.0, False),  # 0.11 m/s over ground are left of 12 against it
         (11.91, 0.0, True),  # 0.09: as good as none
         (11.91, 180.0, True),  # on the way home
-        (11.999, 90.0, False),  # √(12² − 11.999²) = 0.15 across it
-        (11.9997, 90.0, True),  # 0.08
     ],
 )
 def test_a_leg_without_headway_is_an_error_in_a_wind_that_a_hover_holds(
-    autopilot: Autopilot, wind_m_s: float, from_deg: float, *, fires: bool
+    wind_m_s: float, from_deg: float, *, fires: bool
 ) -> None:
     out = mission(takeoff(30), waypoint(300, 30), rtl())
-    wind = Wind(speed_m_s=wind_m_s, from_deg=from_deg)
-    assert severities("W101", HOVER, LIMITED, autopilot, wind=wind) == []
-    assert severities("W101", out, LIMITED, autopilot, wind=wind) == [ERROR] * fires
+    more: dict[str, Any] = {
+        "wind": Wind(speed_m_s=wind_m_s, from_deg=from_deg),
+        "parameters": "WPNAV_SPEED_DN,10\nLAND_SPEED,10\nLAND_SPEED_HIGH,10\n",
+    }
+    assert severities("W101", HOVER, LIMITED, **more) == []
+    assert severities("W101", out, LIMITED, **more) == [ERROR] * fires
 
 
 def test_a_wind_that_grows_with_height_is_met_at_the_top() -> None:
@@ -274,24 +362,25 @@ def test_no_wind_is_a_go_beyond_every_speed_the_model_was_identified_at(
         assert not codes & {"W103", "E105"}
 
 
-# tan 10° / tan 30° = 0.305 of 12 m/s: 3.66 m/s, as drag that grows with the airspeed has it.
+# tan 10° / tan 30° = 0.305 of 12 m/s: 3.66 m/s, as drag that grows with the airspeed has it; of that, and
+# of 12 m/s, 3.40 and 11.13 m/s are left while it sinks at 1.5 m/s.
 @pytest.mark.parametrize(
     ("autopilot", "parameters", "wind_m_s", "fires"),
     [
         (ARDUPILOT, "ANGLE_MAX,1000\n", 3.8, True),
-        (ARDUPILOT, "ANGLE_MAX,1000\n", 3.5, False),
+        (ARDUPILOT, "ANGLE_MAX,1000\n", 3.3, False),
         (ARDUPILOT, "ATC_ANGLE_MAX,10\n", 3.8, True),
-        (ARDUPILOT, "ANGLE_MAX,3000\n", 11.8, False),
+        (ARDUPILOT, "ANGLE_MAX,3000\n", 11.0, False),
         (ARDUPILOT, "ANGLE_MAX,4500\n", 12.1, True),
         # ``AC_PosControl::get_lean_angle_max_rad``: PSC_ANGLE_MAX where it is above 0, whichever is less.
         (ARDUPILOT, "PSC_ANGLE_MAX,10\n", 3.8, True),
-        (ARDUPILOT, "PSC_ANGLE_MAX,10\n", 3.5, False),
+        (ARDUPILOT, "PSC_ANGLE_MAX,10\n", 3.3, False),
         (ARDUPILOT, "ANGLE_MAX,3000\nPSC_ANGLE_MAX,10\n", 3.8, True),
-        (ARDUPILOT, "ANGLE_MAX,1000\nPSC_ANGLE_MAX,30\n", 11.8, False),
+        (ARDUPILOT, "ANGLE_MAX,1000\nPSC_ANGLE_MAX,30\n", 11.0, False),
         (ARDUPILOT, "ANGLE_MAX,1000\nPSC_ANGLE_MAX,0\n", 3.8, True),
-        # PX4's default is 45°: tan 20° / tan 45° = 0.364 of 12 m/s are 4.37 m/s.
+        # PX4's default is 45°: tan 20° / tan 45° = 0.364 of 12 m/s are 4.37 m/s, 3.82 m/s sinking.
         (PX4, "MPC_TILTMAX_AIR,20\n", 4.5, True),
-        (PX4, "MPC_TILTMAX_AIR,20\n", 4.2, False),
+        (PX4, "MPC_TILTMAX_AIR,20\n", 3.7, False),
     ],
 )
 def test_a_lower_limit_of_the_lean_angle_leaves_less_airspeed(
@@ -571,3 +660,56 @@ def test_a_wind_from_behind_may_be_missed(sd_m_s: float, low_mah: float, *, acts
     uncertain = replace(wind, speed_sd_m_s=sd_m_s)
     told = of("E103", away, parameters=text, battery=pack, wind=uncertain, **given)
     assert bool([one for one in told if "0.0 m/s of wind" in one.message]) is acts
+
+
+# The drag over the weight at 12 m/s is tan 30° = 0.5774: at a wind U and 0.5 m/s of sink a lean of
+# atan(0.04811 U / (1 − 0.0241)): 15° at 0.2679 · 0.9759 / 0.04811 = 5.435 m/s.  Less two deviations of 2 %
+# the limit is 11.52 m/s: 0.05012, 5.213 m/s.
+STOCK = replace(
+    QUAD,
+    airspeed_limit_m_s=10.24,
+    airspeed_limit_lean_deg=30.0,
+    airspeed_limit_fraction=0.01,
+    drag_exponent=1.4,
+)
+"""ArduCopter's simulated quad, as identified from its flights."""
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "parameters", "wind_m_s", "fires"),
+    [
+        (LIMITED, "", 5.40, False),
+        (LIMITED, "", 5.47, True),
+        (LIMITED, "ANGLE_MAX,1400\n", 5.0, False),  # it leans no more than 14°
+        (replace(LIMITED, airspeed_limit_fraction=0.02), "", 5.18, False),
+        (replace(LIMITED, airspeed_limit_fraction=0.02), "", 5.25, True),
+        # a drag of 0.3/s: 9.80665 tan 15° (1 − 0.5 · 0.3 / 9.80665) / 0.3 = 8.63 m/s
+        (replace(QUAD, drag_per_s=0.3), "", 8.6, False),
+        (replace(QUAD, drag_per_s=0.3), "", 8.7, True),
+        (replace(QUAD, drag_per_s=None), "", 9.0, False),
+        # flown, with as much wind down to the ground
+        (STOCK, "", 5.5, False),  # disarmed 2 s after the touch-down
+        (STOCK, "", 5.8, True),  # not within 3 minutes
+    ],
+)
+def test_ardupilot_may_stay_armed_where_it_lands_leaning_more_than_15_degrees(
+    vehicle: VehicleModel,
+    parameters: str,
+    wind_m_s: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    wind = Wind(speed_m_s=wind_m_s)
+    given: dict[str, Any] = {"wind": wind, "parameters": parameters}
+    assert severities("W107", UP_AND_DOWN, vehicle, **given) == [WARNING] * fires
+    assert not of("W107", UP_AND_DOWN, vehicle, PX4, wind=wind)
+
+
+def test_the_wind_a_landing_leans_against_is_that_a_metre_above_the_ground() -> None:
+    # (1 m / 10 m)^0.2 = 0.631 of the wind at 10 m: 5.435 m/s of 8.61 m/s
+    for speed_m_s, sd_m_s, fires in ((8.5, 0.0, False), (8.7, 0.0, True), (8.0, 0.35, True)):
+        wind = Wind(
+            speed_m_s=speed_m_s, speed_sd_m_s=sd_m_s, reference_height_m=10.0, shear_exponent=0.2
+        )
+        found_ = of("W107", UP_AND_DOWN, LIMITED, wind=wind)
+        assert bool(found_) is fires
+        assert all(one.item == 2 for one in found_)
