@@ -342,6 +342,25 @@ def test_px4_that_may_fly_either_way_is_an_error_where_one_is_not_checked(
 
 # Three searches of 10 s, the defaults, of 100 s, and none; at some 270 W of hover 2.3 and 23 Wh.
 @pytest.mark.parametrize(
+    ("radius_m", "yaw_mode", "fence", "severities"),
+    [
+        (5.1, 4, "", [Severity.WARNING]),
+        (5.1, 4, "GF_MAX_HOR_DIST,500\nGF_ACTION,3\n", [Severity.ERROR]),
+        (0.0, 4, "", [Severity.WARNING]),  # NAV_LOITER_RAD, 80 m
+        (5.0, 4, "", []),
+        (5.1, 0, "", []),
+    ],
+)
+def test_px4_that_turns_first_leaves_a_loiter_beside_what_is_predicted(
+    radius_m: float, yaw_mode: int, fence: str, severities: list[Severity]
+) -> None:
+    loiter = item(31, north(160.0), 20.0, params=(0.0, radius_m, 0.0, None))
+    made = mission(takeoff(20), waypoint(100, 20), loiter, waypoint(200, 20), rtl())
+    told = found(made, PX4, f"MPC_YAW_MODE,{yaw_mode}\n{fence}")
+    assert [f.severity for f in told if "turns to the next heading" in f.message] == severities
+
+
+@pytest.mark.parametrize(
     ("parameters", "asked", "severities"),
     [
         ("RTL_PLD_MD,0\n", 0.0, []),

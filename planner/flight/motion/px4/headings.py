@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
-_TO_HOME, _FROM_HOME, _TURNS_FIRST, _FIXED = 1, 2, 4, 5
+_TO_HOME, _FROM_HOME, TURNS_FIRST, _FIXED = 1, 2, 4, 5
 """MPC_YAW_MODE: look to home, away from it, turn to the target before flying there, do not turn."""
 
 
@@ -69,7 +69,7 @@ def _turn_times_s(
 def pauses_s(moves: Moves, direction: FloatArray) -> FloatArray:
     """Return the waits before moves for the heading, as planned: MPC_YAW_MODE 4 turns first. (n,) [s]"""
     parameters = moves.parameters
-    if parameters.yaw_mode != _TURNS_FIRST:
+    if parameters.yaw_mode != TURNS_FIRST:
         return np.zeros(len(direction))
     before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
     waits, wanted = _pausing(moves, direction)
@@ -83,7 +83,7 @@ def flown_pauses_s(moves: Moves, legs: Px4Legs) -> FloatArray:
     turn.  Within the acceptance radius of its target it keeps its heading.
     """
     parameters, planned, limits = legs.parameters, legs.planned, legs.limits
-    if parameters.yaw_mode != _TURNS_FIRST:
+    if parameters.yaw_mode != TURNS_FIRST:
         return planned.pause_s
     rest_m, _ = stopped_m(legs.place_m, legs.velocity_m_s, parameters)
     way = planned.target_m - rest_m
@@ -131,7 +131,7 @@ def _waits_s(
     asked = ~np.isnan(moves.yaw_rad)
     waits_on = moves.needs_heading | (not parameters.yaw_timeout_s > 0.0)
     flown = asked & ~moves.is_landing & waits_on
-    landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == _TURNS_FIRST)
+    landed = asked & moves.is_landing & ~moves.is_first & (parameters.yaw_mode == TURNS_FIRST)
     if not (flown.any() or landed.any()):
         return np.zeros((1, len(asked))), np.zeros((1, len(asked)))
     before = headings_rad(moves, _looks(legs), parameters.yaw_mode)[:-1]
@@ -143,7 +143,7 @@ def _waits_s(
     turns_on = np.append(False, still[:-1]) & ~moves.is_first
     needed = np.where(turns_on, _turned_on_s(before, moves.yaw_rad, parameters), needed)
     waits = np.where(flown, np.maximum(needed - left_s, 0.0), 0.0)
-    if moves.looks.any() and parameters.yaw_mode != _TURNS_FIRST:
+    if moves.looks.any() and parameters.yaw_mode != TURNS_FIRST:
         sides = _ANY_TURN_RAD * np.where(np.arange(len(_ANY_TURN_RAD)) % 2, -1.0, 1.0)[:, None]
         begun = np.where(np.isfinite(before), before, np.nan_to_num(moves.yaw_rad) + sides)
         courses = Courses(legs, np.maximum(left_s, legs.turn_s))
