@@ -11,7 +11,7 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
-from planner.flight.motion.ardupilot import pilot
+from planner.flight.motion.ardupilot import splines
 from planner.physics.wind import Wind
 from planner.service.preflight import check
 from planner.values import replace
@@ -272,7 +272,7 @@ def test_a_climb_rate_of_a_moment_at_the_cusp_of_a_spline_is_judged_as_flown(
 ) -> None:
     # Flown by a build of 4.7, up to 3.28 m/s, where the curve points up at 6 m/s for 0.1 s.
     if lag_s is not None:
-        monkeypatch.setattr(pilot, "CLIMB_LAG_S", lag_s)
+        monkeypatch.setattr(splines, "CLIMB_LAG_S", lag_s)
 
     def place(command: int, north_m: float, east_m: float, height_m: float) -> MissionItem:
         east_deg = (north(east_m) - north(0.0)) / math.cos(math.radians(north(0.0)))
