@@ -98,6 +98,8 @@ SEPARATION_UNCHECKED = Rule(
 _OWN_CODES = frozenset(
     rule.code for rule in (SEPARATION, DUPLICATE_SYSTEM_ID, SEPARATION_UNCHECKED)
 )
+_SLOWEST_THERE_M_S = 1.0
+"""No vehicle flies more slowly from a home that is not known to its first place. [m s⁻¹]"""
 _SHOWN_S = 0.5
 _SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
 
@@ -207,12 +209,22 @@ def _begun_near(
         if a.mission.home is not None or a.mission.file_format is MissionFormat.FOREIGN:
             continue
         low_m, high_m = one.reach_box_m
+        begin_s, end_s = _flown_between_s(one)
+        slack_s = 2.0 * spacing.start_error_s + IN_SIGHT_M / _SLOWEST_THERE_M_S
         for other in fleet:
             other_low_m, other_high_m = other.reach_box_m
             apart_m = np.maximum(other_low_m - high_m, low_m - other_high_m)
-            if other is not one and (apart_m < reach_m).all():
+            other_begin_s, other_end_s = _flown_between_s(other)
+            apart_s = max(other_begin_s - end_s, begin_s - other_end_s)
+            if other is not one and (apart_m < reach_m).all() and apart_s < slack_s:
                 yield number, other.file
                 break
+
+
+def _flown_between_s(one: Member) -> tuple[float, float]:
+    """Return when a member takes off, and when it has landed at the latest. [s]"""
+    flown = one.trajectory
+    return one.start_s, one.start_s + flown.duration_s + flown.latest_s
 
 
 def known_home_amsl_m(assessment: Assessment) -> float | None:

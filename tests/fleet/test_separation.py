@@ -126,6 +126,16 @@ def test_a_way_from_an_unknown_home_may_pass_whoever_is_in_sight(
     assert [f.severity.label for f in told if f.code == "S104"] == severities
 
 
+@pytest.mark.parametrize(("later_s", "severity"), [(300.0, "error"), (900.0, "warning")])
+def test_a_way_from_an_unknown_home_passes_nobody_who_has_long_landed(
+    later_s: float, severity: str
+) -> None:
+    # A flight takes some 90 s, a way of 500 m no more than 500 s.
+    one = replace(PLAIN, home=None)
+    told = together(one, east(PLAIN, 490.0), starts_s=(0.0, later_s))
+    assert [f.severity.label for f in told if f.code == "S104"] == [severity]
+
+
 def test_a_mission_that_flies_nothing_is_told_of_on_both_sides() -> None:
     nothing = mission(rtl())
     assert [f.message for f in together(PLAIN, nothing) if f.code == "S104"] == [

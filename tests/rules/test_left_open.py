@@ -316,6 +316,20 @@ def test_px4_that_waits_behind_a_loiter_left_on_its_tangent_flies_on_there(
         assert [f.severity for f in told if f.code == "T102"] == expected
 
 
+@pytest.mark.parametrize(("radius_m", "is_error"), [(5.1, True), (0.0, True), (5.0, False)])
+def test_px4_that_waits_behind_two_loiters_flies_on_to_the_second(
+    radius_m: float, *, is_error: bool
+) -> None:
+    # Flown with 80 m, 58 and 70 m away: 26 m beside.
+    loiters = [
+        item(31, north(at_m), 20.0, params=(0.0, radius_m, 0.0, None)) for at_m in (130.0, 150.0)
+    ]
+    delay = item(93, 0.0, 0.0, frame=2, params=(6.0, 0.0, 0.0, 0.0))
+    one = mission(takeoff(20), waypoint(100, 20), *loiters, delay, waypoint(50, 20), rtl())
+    told = [f.severity for f in found(one, PX4) if "behind two LOITER_TO_ALT" in f.message]
+    assert told == [Severity.ERROR] * is_error
+
+
 def test_a_waypoint_near_a_loiter_passed_from_afar_is_not_reached_from_there() -> None:
     # 12 m from the place of the LOITER_TO_ALT, which counts as reached from 60 m: T126 at 12 m before.
     loiter = item(31, north(160.0), 20.0, params=(0.0, 80.0, 0.0, None))
