@@ -16,6 +16,7 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.motion.px4.headings import TURNS_FIRST
 from planner.flight.motion.px4.moves import SHORTEST_L1_M
+from planner.flight.motion.px4.pilot import HEADING_ASSUMED
 from planner.flight.motion.px4.weaving import WEAVES
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.flight.prediction import HOVER_HEIGHT_M
@@ -392,36 +393,43 @@ def _throttle_limited(
 
 @judges(ITEM_NOT_MODELLED, needs=(PX4,))
 def _waits_on_the_way(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    """Report waits behind a LOITER_TO_ALT on whose way PX4 flies on meanwhile, where that is not predicted.
-
-    Flown behind two that counted as reached at once: straight to the second, 26 m beside what was predicted.
-    """
+    """Report waits behind a LOITER_TO_ALT left on its tangent: PX4 flies there meanwhile."""
     told: set[int] = set()
-    stages = a.route.stages
-    for before, loiter, wait in zip((None, *stages), stages, stages[1:], strict=False):
-        waits = wait.kind is StageKind.DELAY and wait.hold_s > 0.0
-        is_told = wait.item in {*told, loiter.item}  # a jump's rounds are its
-        if loiter.kind is not StageKind.CHANGE_HEIGHT or not waits or is_told:
-            continue
+    for loiter, wait in pairwise(a.route.stages):
         radius_m = abs(loiter.radius_m) or parameters.loiter_radius_m
-        is_second = before is not None and before.kind is StageKind.CHANGE_HEIGHT
-        if loiter.leaves_on_tangent:
-            behind, there = "LOITER_TO_ALT with parameter 4 above 0", "its tangent, "
-            there += f"{quantity.distance(radius_m)} from its place"
-            fix = "give LOITER_TO_ALT 0 as parameter 4, or put NAV_DELAY before it"
-        elif is_second and radius_m > SHORTEST_L1_M:
-            behind, there = "two LOITER_TO_ALT", "the place of the second"
-            fix = "put NAV_DELAY between them, or give the second a radius (parameter 2) of 5 m or less"
-        else:
-            continue
-        told.add(wait.item)
-        yield a.finding(
-            ITEM_NOT_MODELLED,
-            f"NAV_DELAY behind {behind}: PX4 flies on to {there}, meanwhile, which is not predicted",
-            severity=Severity.ERROR,
-            item=wait.item,
-            fix=fix,
-        )
+        is_left = loiter.kind is StageKind.CHANGE_HEIGHT and loiter.leaves_on_tangent
+        waits = wait.kind is StageKind.DELAY and wait.hold_s > 0.0
+        if is_left and waits and wait.item not in {*told, loiter.item}:  # a jump's rounds are its
+            told.add(wait.item)
+            yield a.finding(
+                ITEM_NOT_MODELLED,
+                f"NAV_DELAY behind LOITER_TO_ALT with parameter 4 above 0: PX4 flies on to its tangent, "
+                f"{quantity.distance(radius_m)} from its place, meanwhile, which is not predicted",
+                severity=Severity.ERROR,
+                item=wait.item,
+                fix="give LOITER_TO_ALT 0 as parameter 4, or put NAV_DELAY before it",
+            )
+
+
+@judges(ITEM_NOT_MODELLED, needs=(PX4,))
+def _flies_on_turning(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    """Report a LOITER_TO_ALT passed from afar at which PX4 turns from a heading that is not known.
+
+    It flies on towards its place for as long.  Flown, armed towards it: no wait, and 26 m beside.
+    """
+    turning = {one.item for one in a.flight.motion.findings if one.code == HEADING_ASSUMED.code}
+    for stage in a.route.stages_of(StageKind.CHANGE_HEIGHT):
+        radius_m = abs(stage.radius_m) or parameters.loiter_radius_m
+        if stage.item in turning and radius_m > SHORTEST_L1_M:
+            turning.discard(stage.item)
+            yield a.finding(
+                ITEM_NOT_MODELLED,
+                f"LOITER_TO_ALT counts as reached within {quantity.distance(radius_m)}, and PX4 flies on to "
+                "its place while it turns to its heading, for a time that is not known (T119)",
+                severity=Severity.ERROR if _is_limited(a) else Severity.WARNING,
+                item=stage.item,
+                fix="give --heading, or LOITER_TO_ALT a radius (parameter 2) of 5 m or less",
+            )
 
 
 @judges(ITEM_NOT_MODELLED, needs=(PX4,))

@@ -170,6 +170,8 @@ def keep_apart(
             reasons.insert(0, f"{waits[0]}{_and_more(waits)}: when it flies is not known")
         if curves:
             reasons.insert(0, f"{curves[0]}{_and_more(curves)}: where it flies is not known")
+        if position in unknown:
+            reasons.append("seen from above another comes too near")
         if position in begun:
             reasons.insert(0, f"no home in the file: its way from there may pass {begun[position]}")
         if reasons:

@@ -106,8 +106,9 @@ def test_heights_that_cannot_be_compared_keep_nobody_apart(
     # 5 m are kept. from the other.
     other = mission(takeoff(50), item(16, north(100), 50.0), rtl())
     other = east(replace(other, home=replace(HOME, altitude_amsl_m=amsl_m)), beside_m)
-    told = together(PLAIN, other)
-    assert [f.severity.label for f in told if f.code == "S104"] == severities
+    told = [f for f in together(PLAIN, other) if f.code == "S104"]
+    assert [f.severity.label for f in told] == severities
+    assert ["seen from above" in f.message for f in told] == [one == "error" for one in severities]
 
 
 @pytest.mark.parametrize(

@@ -316,18 +316,23 @@ def test_px4_that_waits_behind_a_loiter_left_on_its_tangent_flies_on_there(
         assert [f.severity for f in told if f.code == "T102"] == expected
 
 
-@pytest.mark.parametrize(("radius_m", "is_error"), [(5.1, True), (0.0, True), (5.0, False)])
-def test_px4_that_waits_behind_two_loiters_flies_on_to_the_second(
-    radius_m: float, *, is_error: bool
+@pytest.mark.parametrize(
+    ("radius_m", "heading_deg", "fence", "severities"),
+    [
+        (80.0, None, "", [Severity.WARNING]),
+        (80.0, None, "GF_MAX_HOR_DIST,500\nGF_ACTION,3\n", [Severity.ERROR]),
+        (80.0, 0.0, "", []),
+        (5.0, None, "", []),
+    ],
+)
+def test_px4_that_turns_at_a_loiter_passed_from_afar_flies_on_meanwhile(
+    radius_m: float, heading_deg: float | None, fence: str, severities: list[Severity]
 ) -> None:
-    # Flown with 80 m, 58 and 70 m away: 26 m beside.
-    loiters = [
-        item(31, north(at_m), 20.0, params=(0.0, radius_m, 0.0, None)) for at_m in (130.0, 150.0)
-    ]
-    delay = item(93, 0.0, 0.0, frame=2, params=(6.0, 0.0, 0.0, 0.0))
-    one = mission(takeoff(20), waypoint(100, 20), *loiters, delay, waypoint(50, 20), rtl())
-    told = [f.severity for f in found(one, PX4) if "behind two LOITER_TO_ALT" in f.message]
-    assert told == [Severity.ERROR] * is_error
+    # Behind the take-off, at its height; flown 26 m beside.
+    loiter = item(31, north(58.0), 20.0, params=(0.0, radius_m, 0.0, None))
+    made = mission(takeoff(20), loiter, waypoint(-60, 20), rtl())
+    told = found(made, PX4, fence, heading_deg=heading_deg)
+    assert [f.severity for f in told if "while it turns" in f.message] == severities
 
 
 def test_a_waypoint_near_a_loiter_passed_from_afar_is_not_reached_from_there() -> None:
