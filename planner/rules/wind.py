@@ -128,8 +128,9 @@ def _beyond_limit(a: Assessment, limit_m_s: float) -> Iterator[Finding]:
     else:
         return
     model_m_s = a.vehicle.airspeed_limit_m_s or limit_m_s
-    if limit_m_s < (1.0 - _ROUNDING) * model_m_s and a.own_parameters is not None:
-        message += f": {quantity.speed(model_m_s)} less what {_lean_limit(a.own_parameters)} takes"
+    of_model = quantity.speed(model_m_s)
+    if limit_m_s < model_m_s and of_model != limit and a.own_parameters is not None:
+        message += f": {of_model} less what {_lean_limit(a.own_parameters)} takes"
     item = int(reach.item[first])
     yield a.finding(
         NO_HEADWAY, f"cannot hold its position {reach.where(first)}: {message}", item=item
