@@ -418,16 +418,15 @@ def _flies_on_turning(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
     It flies on towards its place for as long.  Flown, armed towards it: no wait, and 26 m beside.
     """
     turning = {one.item for one in a.flight.motion.findings if one.code == HEADING_ASSUMED.code}
-    for stage in a.route.stages_of(StageKind.CHANGE_HEIGHT):
-        radius_m = abs(stage.radius_m) or parameters.loiter_radius_m
-        if stage.item in turning and radius_m > SHORTEST_L1_M:
-            turning.discard(stage.item)
+    for item, reached in _passed_from_afar(a, parameters):
+        if item in turning:
+            turning.discard(item)
             yield a.finding(
                 ITEM_NOT_MODELLED,
-                f"LOITER_TO_ALT counts as reached within {quantity.distance(radius_m)}, and PX4 flies on to "
-                "its place while it turns to its heading, for a time that is not known (T119)",
+                f"{reached}, and PX4 flies on to its place while it turns to its heading, for a time that is "
+                "not known (T119)",
                 severity=Severity.ERROR if _is_limited(a) else Severity.WARNING,
-                item=stage.item,
+                item=item,
                 fix="give --heading, or LOITER_TO_ALT a radius (parameter 2) of 5 m or less",
             )
 
@@ -438,20 +437,28 @@ def _left_turning_first(a: Assessment, parameters: Px4Parameters) -> Iterator[Fi
 
     Of 53 drawn flights with MPC_YAW_MODE 4 five were 4 to 15 m beside what was predicted, and T125 silent.
     """
-    if parameters.yaw_mode != TURNS_FIRST:
-        return
+    passed = next(_passed_from_afar(a, parameters), None)
+    if parameters.yaw_mode == TURNS_FIRST and passed is not None:
+        item, reached = passed
+        yield a.finding(
+            ITEM_NOT_MODELLED,
+            f"{reached}, and MPC_YAW_MODE 4 turns to the next heading first: where PX4 flies from there is "
+            "certain to some 15 m only",
+            severity=Severity.ERROR if _is_limited(a) else Severity.WARNING,
+            item=item,
+            fix="give LOITER_TO_ALT a radius (parameter 2) of 5 m or less, or set MPC_YAW_MODE 0",
+        )
+
+
+def _passed_from_afar(a: Assessment, parameters: Px4Parameters) -> Iterator[tuple[int, str]]:
+    """Yield each LOITER_TO_ALT that counts as reached farther away than legs are steered for, and that."""
     for stage in a.route.stages_of(StageKind.CHANGE_HEIGHT):
         radius_m = abs(stage.radius_m) or parameters.loiter_radius_m
         if radius_m > SHORTEST_L1_M:
-            yield a.finding(
-                ITEM_NOT_MODELLED,
-                f"LOITER_TO_ALT counts as reached within {quantity.distance(radius_m)}, and MPC_YAW_MODE 4 "
-                "turns to the next heading first: where PX4 flies from there is certain to some 15 m only",
-                severity=Severity.ERROR if _is_limited(a) else Severity.WARNING,
-                item=stage.item,
-                fix="give LOITER_TO_ALT a radius (parameter 2) of 5 m or less, or set MPC_YAW_MODE 0",
+            yield (
+                stage.item,
+                f"LOITER_TO_ALT counts as reached within {quantity.distance(radius_m)}",
             )
-            return
 
 
 @judges(ITEM_NOT_MODELLED, needs=(PX4,))

@@ -87,8 +87,8 @@ SEPARATION_UNCHECKED = Rule(
     "never rises to --min-nav-alt, or the altitude of a home is unknown (none, or 0) where homes are "
     "more than 1 m apart: heights are then compared above home.  An error in a fleet file, where such two "
     "come too near to each other seen from above, where a file without a home (but of a drawing) is within "
-    "500 m of another's flight, and where one waits on the ground for what its times do not count (T107), or "
-    "flies a spline that a step-response model is predicted to fly straight.",
+    "500 m of another's flight at about the time, and where one waits on the ground for what its times do "
+    "not count (T107), or flies a spline that a step-response model is predicted to fly straight.",
     fix="correct what is named, and check again",
     instead="a mission that can be read, and the altitude of each home",
     leaves_open=True,
