@@ -13,7 +13,7 @@ from planner import quantity
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.commands import Command
-from planner.mission.route.queue import HELD_BACK, soonest
+from planner.mission.route.queue import HELD_BACK, Firing, soonest
 from planner.mission.route.stage import LEVEL_FIRST, FenceAction, OtherRoute, StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.values import Value, replace
@@ -35,6 +35,8 @@ _MOST_ALONE = 100
 """So many are settled one by one, a flight for each, where all at once do not."""
 _SAME = 1e-3
 """Fractions of a leg that differ by less are one."""
+_AS_EARLY_S = 1e-3
+"""Times before the end of a leg that differ by less are one. [s]"""
 _AT_AN_END_M = 0.5
 """Nearer to the beginning or the end of a leg than this it is not divided. [m]"""
 _NEAR_M = 2.0 * _AT_AN_END_M
@@ -50,8 +52,9 @@ _PLACE_ERROR_M = 1.0
 _LEFT_M = 0.1
 """A return that has got so far has begun its way home. [m]"""
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
-_ENDS = frozenset({None, 0.0, 1.0})
-"""Fractions of a leg at which it is not divided: nowhere, its beginning, its end."""
+_BEGINNING, _END = Firing(0.0), Firing(1.0)
+_ENDS = frozenset({None, _BEGINNING, _END})
+"""Where on a leg it is not divided: nowhere, its beginning, its end."""
 _SAME_S = 0.5
 """Flights that take so little longer take the same time. [s]"""
 _MOST_OTHERS = 7
@@ -88,10 +91,10 @@ class _QueuedMission(Value):
     """What a mission may be flown like: its routes by where items held back are carried out, and by whom."""
 
     mission: Mission
-    make: Callable[[Mapping[int, float]], Route]
+    make: Callable[[Mapping[int, Firing]], Route]
     flights: QueueFlights
-    pinned: Mapping[int, float | None]
-    """Where visits are carried out, whatever their times say; ``None``: nowhere. [-]"""
+    pinned: Mapping[int, Firing | None]
+    """Where visits are carried out, whatever their times say; ``None``: nowhere."""
 
 
 class _Settled(Value):
@@ -99,16 +102,16 @@ class _Settled(Value):
 
     item: HeldItem
     """With the conditions that are met so."""
-    fraction: float | None
-    """``None``: nowhere. [-]"""
+    at: Firing | None
+    """``None``: nowhere."""
     finding: Finding | None = None
     """That it may be another."""
-    others: tuple[float | None, ...] = ()
-    """The first and last where it may be as well, as its conditions are met as its leg ends. [-]"""
+    others: tuple[Firing | None, ...] = ()
+    """The first and last where it may be as well, as its conditions are met as its leg ends."""
 
 
 def route_with_queue(
-    mission: Mission, make: Callable[[Mapping[int, float]], Route], flights: QueueFlights
+    mission: Mission, make: Callable[[Mapping[int, Firing]], Route], flights: QueueFlights
 ) -> Route:
     """Return the route of a mission, its items held back carried out when the flight is so far.
 
@@ -120,8 +123,8 @@ def route_with_queue(
 
 def _route_with(queued: _QueuedMission) -> Route:
     make, flights = queued.make, queued.flights
-    firings: dict[int, float] = {}
-    before: dict[int, float] = {}
+    firings: dict[int, Firing] = {}
+    before: dict[int, Firing] = {}
     close = _Close()
     settled: list[_Settled] = []
     route = make(firings)
@@ -138,7 +141,7 @@ def _route_with(queued: _QueuedMission) -> Route:
         settled = [_settled(queued, one, every, firings, close) for one in route.held]
         found = _firings(settled)
         if found.keys() == firings.keys() and all(
-            abs(found[visit] - firings[visit]) < _SAME for visit in found
+            _is_same(found[visit], firings[visit]) for visit in found
         ):
             return _told(queued, route, settled, every, close)
         before, firings = firings, found
@@ -177,8 +180,8 @@ class _Close:
                 self.items.add(one.item)
 
 
-def _firings(settled: Iterable[_Settled]) -> dict[int, float]:
-    return {one.item.visit: one.fraction for one in settled if one.fraction is not None}
+def _firings(settled: Iterable[_Settled]) -> dict[int, Firing]:
+    return {one.item.visit: one.at for one in settled if one.at is not None}
 
 
 def _told(
@@ -208,14 +211,14 @@ def _told(
 
 def _others(queued: _QueuedMission, either: Sequence[_Settled]) -> Iterator[OtherRoute]:
     """Yield the routes on which speeds are carried out elsewhere than predicted, or nowhere."""
-    every = product(*((one.fraction, *one.others) for one in either))
+    every = product(*((one.at, *one.others) for one in either))
     next(every)  # as predicted
     for places in every:
         pinned = {one.item.visit: at for one, at in zip(either, places, strict=True)}
         moved = {
             one.item.item: "never carried out" if at is None else "carried out"
             for one, at in zip(either, places, strict=True)
-            if at != one.fraction
+            if at != one.at
         }
         note = " and ".join(f"item {item} is {what}" for item, what in moved.items())
         yield OtherRoute(route=_route_with(replace(queued, pinned=pinned)), note=f"if {note}")
@@ -260,8 +263,8 @@ def _is_close(mission: Mission, one: HeldItem, every: Sequence[_Times]) -> bool:
         return True
     if one.command is Command.DO_CHANGE_SPEED or not _may_last(one, every):
         return False
-    found = [times.fraction(one) for times in every]
-    fractions = [each for each in found if each is not None]
+    found = [times.fires(one) for times in every]
+    fractions = [each.fraction for each in found if each is not None]
     if len(fractions) < len(found):
         return bool(fractions)
     item = mission.items[one.item - 1]
@@ -274,26 +277,26 @@ def _settled(
     queued: _QueuedMission,
     one: HeldItem,
     every: Sequence[_Times],
-    firings: Mapping[int, float],
+    firings: Mapping[int, Firing],
     close: _Close,
 ) -> _Settled:
     """Return where an item is carried out by flights ``every`` that carry out at ``firings``."""
     if one.visit in queued.pinned:
-        return _Settled(item=one, fraction=queued.pinned[one.visit])
+        return _Settled(item=one, at=queued.pinned[one.visit])
     if not _is_open(one, every) and one.visit not in close.speeds:
-        fraction = every[0].fraction(one)
-        if fraction is not None and one.command is Command.DO_FENCE_ENABLE:
+        at = every[0].fires(one)
+        if at is not None and one.command is Command.DO_FENCE_ENABLE:
             # Where the leg may last longer it is on from the first place, and off from the last.
-            found = [at for at in (times.fraction(one) for times in every) if at is not None]
+            found = [each for each in (times.fires(one) for times in every) if each is not None]
             is_on = queued.mission.items[one.item - 1].param1 == FenceAction.ON
-            fraction = min(found) if is_on else max(found)
-        return _Settled(item=one, fraction=fraction)
+            at = min(found) if is_on else max(found)
+        return _Settled(item=one, at=at)
     others = {visit: at for visit, at in firings.items() if visit != one.visit}
     return _as_it_takes_longest(queued, one.visit, others)
 
 
 def _as_it_takes_longest(
-    queued: _QueuedMission, visit: int, others: Mapping[int, float]
+    queued: _QueuedMission, visit: int, others: Mapping[int, Firing]
 ) -> _Settled:
     """Return where a speed is carried out by which the flight takes longest, others at ``others``.
 
@@ -305,14 +308,14 @@ def _as_it_takes_longest(
     every = flights.times(route)
     one = next(each for each in route.held if each.visit == visit)
     if visit in queued.pinned:
-        return _Settled(item=one, fraction=queued.pinned[visit])
+        return _Settled(item=one, at=queued.pinned[visit])
     waiting = [(times, waits) for times in every for waits in _waits(one)]
     is_bent = any(_is_within_a_curve(times, waits) for times, waits in waiting)
     is_close = any(times.is_close(waits) for times, waits in waiting)
     possible = _possible(one, every)
     if len(possible) == 1:
         [(at, waits)] = possible.items()
-        return _Settled(item=waits, fraction=at)
+        return _Settled(item=waits, at=at)
     lasts_s = {
         at: flights.longest_s(route if at is None else make({**others, visit: at}))
         for at in possible
@@ -322,11 +325,11 @@ def _as_it_takes_longest(
     finding = None
     if is_bent or is_close or (added_s > _SAME_S and _may_be_dropped(one, every)):
         finding = _bounded(queued.mission, one, every, longest, added_s, is_bent=is_bent)
-    elsewhere: tuple[float | None, ...] = ()
+    elsewhere: tuple[Firing | None, ...] = ()
     if is_close:
-        in_order = sorted(possible, key=lambda at: math.inf if at is None else at)
+        in_order = sorted(possible, key=lambda at: Firing(math.inf) if at is None else at)
         elsewhere = tuple(at for at in (in_order[0], in_order[-1]) if at != longest)
-    return _Settled(item=possible[longest], fraction=longest, finding=finding, others=elsewhere)
+    return _Settled(item=possible[longest], at=longest, finding=finding, others=elsewhere)
 
 
 def _waits(one: HeldItem) -> tuple[HeldItem, HeldItem]:
@@ -335,29 +338,30 @@ def _waits(one: HeldItem) -> tuple[HeldItem, HeldItem]:
 
 
 def _is_within_a_curve(times: _Times, one: HeldItem) -> bool:
-    return times.changes_a_curve(one) and times.fraction(one) not in _ENDS
+    return times.changes_a_curve(one) and times.fires(one) not in _ENDS
 
 
-def _possible(one: HeldItem, every: Sequence[_Times]) -> dict[float | None, HeldItem]:
+def _possible(one: HeldItem, every: Sequence[_Times]) -> dict[Firing | None, HeldItem]:
     """Return where on its leg an item may be carried out, with the conditions that are met so."""
-    possible: dict[float | None, HeldItem] = {}
+    possible: dict[Firing | None, HeldItem] = {}
     for times in every:
         for waits in _waits(one):
-            at = times.fraction(waits)
-            ends = [1.0, 0.0] if _is_within_a_curve(times, waits) else [at]
+            at = times.fires(waits)
+            ends = [_END, _BEGINNING] if _is_within_a_curve(times, waits) else [at]
             if times.is_close(waits):
                 is_curve = times.changes_a_curve(one)
-                ends += [None, 1.0, 0.0 if is_curve else times.fraction(_sooner(waits))]
+                ends += [None, _END, _BEGINNING if is_curve else times.fires(_sooner(waits))]
             for end in ends:
                 if not any(_is_same(end, known) for known in possible):
                     possible[end] = waits
     return possible
 
 
-def _is_same(one: float | None, other: float | None) -> bool:
+def _is_same(one: Firing | None, other: Firing | None) -> bool:
     if one is None or other is None:
         return one is other
-    return abs(one - other) < _SAME
+    is_as_early = abs(one.early_s - other.early_s) < _AS_EARLY_S
+    return is_as_early and abs(one.fraction - other.fraction) < _SAME
 
 
 def _sooner(one: HeldItem) -> HeldItem:
@@ -382,14 +386,14 @@ def _bounded(
     mission: Mission,
     one: HeldItem,
     every: Sequence[_Times],
-    at: float | None,
+    at: Firing | None,
     added_s: float,
     *,
     is_bent: bool,
 ) -> Finding:
     """Return that an item may be carried out elsewhere than at ``at``, by which the flight takes longest."""
     if is_bent:
-        ends = {None: "without it", 0.0: "from its beginning", 1.0: "from its end"}
+        ends = {None: "without it", _BEGINNING: "from its beginning", _END: "from its end"}
         what = (
             f"{one.command.name} is carried out in the middle of item {every[0].item_of(one)}, which is no "
             f"straight leg: predicted {ends[at]}"
@@ -444,16 +448,18 @@ def _one_by_one(queued: _QueuedMission, held: tuple[HeldItem, ...]) -> list[_Set
     return settled
 
 
-def _are_near(route: Route, firings: Mapping[int, float], before: Mapping[int, float]) -> bool:
+def _are_near(route: Route, firings: Mapping[int, Firing], before: Mapping[int, Firing]) -> bool:
     """Return whether items are carried out at nearly the same places by two predictions."""
     if firings.keys() != before.keys():
         return False
     ends = {one.visit: (route.stages[one.last_stage], one.first_stage) for one in route.held}
-    for visit, fraction in firings.items():
+    for visit, (fraction, early_s) in firings.items():
+        if abs(early_s - before[visit].early_s) > _AS_EARLY_S:
+            return False
         end, first = ends[visit]
         start = route.stages[first - 1] if first else replace(end, east_m=0.0, north_m=0.0)
         length_m = math.hypot(end.east_m - start.east_m, end.north_m - start.north_m)
-        if abs(fraction - before[visit]) * length_m > _NEAR_M:
+        if abs(fraction - before[visit].fraction) * length_m > _NEAR_M:
             return False
     return True
 
@@ -555,31 +561,28 @@ class _Times:
         begin_s, end_s = np.interp(braking_s[row], self._own_end_s, self._end_s)
         return float(end_s - at_s) if begin_s <= at_s < end_s else None
 
-    def fraction(self, one: HeldItem) -> float | None:
-        """Return how far along its leg an item is carried out; ``None`` where it never is. [-]
-
-        Or where it brakes for its end, as `FollowedMission` has it.
-        """
+    def fires(self, one: HeldItem) -> Firing | None:
+        """Return where on its leg an item is carried out; ``None`` where it never is."""
         at_s = self.fires_s(one)
         if at_s is None:
             return None
         early_s = self.early_s(one, at_s)
         if early_s is not None:
-            return 1.0 + early_s
+            return Firing(1.0, early_s)
         start_m = self._places_m[one.first_stage - 1] if one.first_stage else np.zeros(3)
         end_m = self._places_m[one.last_stage]
         here_m = self._place_m(np.array([at_s]))[0]
         if (kind := self._kinds[one.last_stage]) in LEVEL_FIRST | {StageKind.RETURN}:
             start_m, end_m, here_m = start_m[:2], end_m[:2], here_m[:2]
         if kind is StageKind.CIRCLE:
-            return 0.5  # anywhere on it
+            return Firing(0.5)  # anywhere on it
         length_m = float(np.linalg.norm(end_m - start_m))
         ahead_m = float(np.linalg.norm(end_m - here_m))
         if ahead_m < _AT_AN_END_M:
-            return 1.0
+            return _END
         if ahead_m > length_m - _AT_AN_END_M:
-            return 0.0
-        return 1.0 - ahead_m / length_m
+            return _BEGINNING
+        return Firing(1.0 - ahead_m / length_m)
 
     def _place_m(self, time_s: FloatArray) -> FloatArray:
         if self._end_s is not self._own_end_s:  # later segments are flown more slowly throughout
@@ -593,7 +596,7 @@ def _reported(
     """Yield of each item that is held back what becomes of it the first time."""
     seen: set[int] = set()
     times = every[0]
-    for one, found, fraction in ((each.item, each.finding, each.fraction) for each in settled):
+    for one, found, at in ((each.item, each.finding, each.at) for each in settled):
         if one.item in seen:
             continue
         seen.add(one.item)
@@ -620,7 +623,7 @@ def _reported(
             message += quantity.duration(end_s - begin_s)
         else:
             message = f"{_after(one)}: carried out {quantity.duration(at_s - begin_s)} into the leg"
-            if fraction is not None and fraction > 1.0:
+            if at is not None and at.early_s > 0.0:
                 message += ", which brakes for its end already: it is flown on as before"
         yield rule.finding(
             message, severity=severity, item=one.item, place=mission.items[one.item - 1].place

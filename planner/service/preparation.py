@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
+    from planner.mission.route.queue import Firing
     from planner.mission.route.stage import Route
     from planner.setup import Setup
     from planner.vehicle.parameters.resolve import FlightParameters
@@ -79,7 +80,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
             found.append(NOISE_ASSUMED.finding(message))
     replaced = False
 
-    def laid_out(firings: Mapping[int, float]) -> Route:
+    def laid_out(firings: Mapping[int, Firing]) -> Route:
         nonlocal replaced
         route = make_route(
             mission,
@@ -104,7 +105,7 @@ def prepare(mission: Mission, setup: Setup) -> Preparation:
         from planner.flight.held_items import QueueFlights, route_with_queue
         from planner.flight.uncounted import late_segments_s
 
-        def laid_home(firings: Mapping[int, float]) -> Route:
+        def laid_home(firings: Mapping[int, Firing]) -> Route:
             own = laid_out(firings)
             places = make_destinations(mission, own, own_parameters, terrain=setup.terrain)
             return with_own_returns(own, places)

@@ -18,6 +18,7 @@ from planner.mission.route.queue import (
     HELD,
     HELD_BACK,
     JUMPS,
+    Firing,
     HeldItem,
     condition_of,
     is_queued,
@@ -107,10 +108,9 @@ class _Commanded(Value):
 class FollowedMission(MissionState, kw_only=True, eq=False):
     """A mission half followed, and the items of it that wait in the queue."""
 
-    firings: Mapping[int, float] = field(default_factory=dict)
-    """Of items held back, by their position among the reached, how far along its leg each is carried
-    out [-]; one that is not among them is dropped.  More than 1: as the leg brakes for its end already, by so
-    much more as it is before that [s]."""
+    firings: Mapping[int, Firing] = field(default_factory=dict)
+    """Where items held back are carried out, by their position among the reached; one that is not among
+    them is dropped."""
     visit: int = -1
     """Position of the item being followed among the reached."""
     before: int = 0
@@ -312,13 +312,14 @@ class FollowedMission(MissionState, kw_only=True, eq=False):
         last: list[tuple[HeldItem, MissionItem]] = []
         begin = early_s = 0.0
         for one, item in waiting:
-            fraction = self.firings.get(one.visit) if one.conditions else 0.0
-            if fraction is None:
+            firing = self.firings.get(one.visit) if one.conditions else Firing(0.0)
+            if firing is None:
                 continue
+            fraction = firing.fraction
             if fraction >= 1.0 or (fraction > 0.0 and _acts_at_the_end(stage, one, item)):
                 last.append((one, item))
                 if one.command is Command.DO_CHANGE_SPEED:
-                    early_s = max(fraction - 1.0, 0.0)
+                    early_s = firing.early_s
                 continue
             self.latitude_deg, self.longitude_deg, self.height_m = before
             if fraction > 0.0 and stage.kind in _DIVIDED:

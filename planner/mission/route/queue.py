@@ -7,7 +7,7 @@ navigation item is done is dropped (``AP_Mission::advance_current_nav_cmd``, ``a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from planner import quantity
 from planner.findings import Rule, Severity
@@ -99,6 +99,15 @@ def condition_of(item: MissionItem, turn_deg_s: float = TURN_DEG_S) -> Condition
 def soonest(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     """Return conditions as they are met where no turn to a heading is left to make."""
     return tuple(replace(one, wait_s=one.least_s) for one in conditions)
+
+
+class Firing(NamedTuple):
+    """Where on its leg an item that conditions hold back is carried out."""
+
+    fraction: float
+    """How far along, 1: at its end. [-]"""
+    early_s: float = 0.0
+    """How long before its end, for which the leg brakes already and which it is flown to as before. [s]"""
 
 
 class HeldItem(Value):

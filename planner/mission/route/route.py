@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Home, Mission, MissionItem
+    from planner.mission.route.queue import Firing
 
 
 _FLOWN_ON_TO = frozenset(
@@ -59,7 +60,7 @@ def make_route(
     is_assumed: bool = False,
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
-    firings: Mapping[int, float] | None = None,
+    firings: Mapping[int, Firing] | None = None,
     habits: VehicleHabits = AS_DELIVERED,
 ) -> Route:
     """Return the route a mission asks for; without stages where the mission holds no flight.
@@ -76,7 +77,7 @@ def make_route(
         The ground; default level with home.
     firings : Mapping, optional
         Where on their legs items that conditions hold back are carried out, by position among the
-        reached items, as of :class:`FollowedMission`; any other is dropped.
+        reached items; any other is dropped.
     habits : VehicleHabits, optional
         How the vehicle carries out items; default as its autopilot is delivered.
 
