@@ -8,7 +8,6 @@ and ``AP_Parachute.cpp`` of ArduPilot 4.5 to 4.7, and PX4's ``HealthAndArmingChe
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from typing import TYPE_CHECKING
 
@@ -112,12 +111,15 @@ _GAINS = (
     *((f"ATC_ANG_{axis}_P",) for axis in ("RLL", "PIT", "YAW")),
 )
 """Gains above 0, each from 4.7 on and before."""
-_SWITCHES = r"RC\d+_OPTION"
-_PORTS = r"SERIAL\d_PROTOCOL"
-_RELAY_FUNCTIONS = r"RELAY\d+_FUNCTION"
+_SWITCHES, _PORTS, _RELAY_FUNCTIONS = (
+    ("RC", "_OPTION"),
+    ("SERIAL", "_PROTOCOL"),
+    ("RELAY", "_FUNCTION"),
+)
+"""Parameters of which there are several: what stands before and after the number."""
 _OPTIONS = 256
 """Values of RCx_OPTION from here on may repeat (``RC_Channels::duplicate_options_exist``)."""
-_OUTPUTS, _OUTPUTS_OF_A_FILE = r"SERVO\d+_FUNCTION", 8
+_OUTPUTS, _OUTPUTS_OF_A_FILE = ("SERVO", "_FUNCTION"), 8
 """The outputs of a vehicle, and the least number of them: a file with fewer does not list them all."""
 _MOTOR_OUTPUTS = (*range(33, 41), *range(82, 86))
 """SERVOx_FUNCTION of the twelve motors."""
@@ -166,7 +168,7 @@ class ArduPilotGiven(Value, kw_only=False, eq=False):
     """The parameters: those of flight in SI, any other as the file has it."""
 
     own: ArduPilotParameters
-    values: dict[str, float]
+    values: Mapping[str, float]
     mission: Mission
 
     def value(self, *names: str, default: float) -> float:
@@ -247,10 +249,16 @@ class ArduPilotGiven(Value, kw_only=False, eq=False):
         if self.value(f"{prefix}_MAX", default=1900) < trim:
             yield f"{prefix}_MAX is below {prefix}_TRIM"
 
-    def counted(self, pattern: str) -> Counter[int]:
-        """Return how often each value is given to the parameters of a pattern."""
-        matches = re.compile(pattern).fullmatch
-        return Counter(int(value) for name, value in self.values.items() if matches(name))
+    def counted(self, alike: tuple[str, str]) -> Counter[int]:
+        """Return how often each value is given to parameters that differ by a number."""
+        before, after = alike
+        return Counter(
+            int(value)
+            for name, value in self.values.items()
+            if name.startswith(before)
+            and name.endswith(after)
+            and name[len(before) : -len(after)].isdecimal()
+        )
 
     @property
     def motors_without_output(self) -> bool:

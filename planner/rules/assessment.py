@@ -16,6 +16,8 @@ from planner.units import wh_from_j
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.arrays import FloatArray
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
@@ -333,6 +335,6 @@ class Assessment(Value, eq=False, dict=True):
         return int(self.flight.motion.segments.item[segment])
 
 
-def numbers(a: Assessment) -> dict[str, float]:
+def numbers(a: Assessment) -> Mapping[str, float]:
     """Return every parameter of --params that holds a number, in its own unit."""
     return {} if a.setup.parameters is None else a.setup.parameters.numbers()

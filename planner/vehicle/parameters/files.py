@@ -14,6 +14,7 @@ All of them know empty lines and comments that begin with ``#``.
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planner import quantity
@@ -61,7 +62,7 @@ class ParameterValue(Value, kw_only=False):
     """Line of the file; ``None`` where there is no file."""
 
 
-class ParameterSet(Value):
+class ParameterSet(Value, dict=True):
     """The parameters of one vehicle, by their own names."""
 
     source: str
@@ -80,8 +81,12 @@ class ParameterSet(Value):
     findings: tuple[Finding, ...] = ()
     """What is odd about the file."""
 
-    def numbers(self) -> dict[str, float]:
+    def numbers(self) -> Mapping[str, float]:
         """Return the values that are numbers, by name."""
+        return self._numbers
+
+    @cached_property
+    def _numbers(self) -> Mapping[str, float]:
         return {name: one.value for name, one in self.values.items() if one.value is not None}
 
 

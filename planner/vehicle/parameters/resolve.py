@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -223,11 +224,17 @@ def _other_vehicle(file: ParameterSet) -> str:
     if file.stack is Autopilot.PX4:
         return ""
     own = COPTER_ONLY.intersection(file.values)
+    names = sorted(file.values)
+
+    def has(beginning: str) -> bool:
+        at = bisect_left(names, beginning)
+        return at < len(names) and names[at].startswith(beginning)
+
     return next(
         (
             vehicle
             for vehicle, beginnings in _OTHER_VEHICLES.items()
-            if any(name.startswith(beginnings) for name in file.values)
+            if any(map(has, beginnings))
             and not (own - _OF_SUB_TOO if vehicle == "ArduSub" else own)
         ),
         "",
