@@ -13,7 +13,7 @@ VEHICLE := falkowski-2023-quadrotor
 # starts would compile them all again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help setup demo test lint types layers unit bench fuzz sitl format golden readme pictures rules drones models matrice sheets calibration stops clean
+.PHONY: help setup demo test lint types layers unit whole long bench fuzz sitl format golden readme pictures rules drones models matrice sheets calibration stops clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -41,7 +41,7 @@ demo: $(DEMO_MADE) ## check a sample mission
 	@echo "  $(DEMO_BIN)/mavjoule vehicle new -o my-quad.toml --mass 1.6kg --battery 4S5200 --hover 18A   a model of your own drone"
 	@echo "  $(DEMO_BIN)/mavjoule check $(SAMPLE) --vehicle my-quad.toml   it flies the sample; then YOUR.plan"
 
-test: lint types layers unit ## the whole gate
+test: lint types layers unit ## the gate, in ten minutes: long tests by a few of their cases
 
 lint: $(MADE)
 	$(BIN)/ruff format --check
@@ -53,8 +53,17 @@ types: $(MADE)  # on a machine so busy that its workers do not come in their thr
 layers: $(MADE)
 	$(BIN)/lint-imports
 
+# Two cores: tests of lines, browsers and processes wait.
+RUN := $(BIN)/pytest -q -n 3 --dist worksteal
+
 unit: $(MADE)
-	$(BIN)/pytest -q -n 3 --dist worksteal  # two cores: tests of lines, browsers and processes wait
+	$(RUN) --thinned
+
+whole: lint types layers ## the whole gate with every case of every test: twice as long
+	$(RUN)
+
+long: $(MADE) ## run every case, and measure anew which ones the gate leaves out
+	$(RUN) --measured
 
 bench: $(MADE) ## measure what has to be fast: make bench COMPARE=--compare FLIGHTS=folder
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests:. $(BIN)/python tests/speed_table.py $(COMPARE) $(if $(FLIGHTS),--flights $(FLIGHTS))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+from thinning import ALL_EXAMPLES, Measuring, thinned
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -26,11 +27,33 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 # The gate draws the same examples every time; look further with --hypothesis-profile=explore.
 settings.register_profile("explore", deadline=None)
-settings.register_profile("gate", derandomize=True, deadline=None)
-settings.load_profile("gate")
+settings.register_profile("whole", derandomize=True, deadline=None, max_examples=ALL_EXAMPLES)
+settings.register_profile("thinned", derandomize=True, deadline=None, max_examples=12)
+settings.load_profile("whole")
 
 # What collecting makes stays to the end: looking for garbage in it took a third of collecting.
 gc.disable()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the gate leave out what takes long, and what that is be measured."""
+    parser.addoption("--thinned", action="store_true", help="leave out most cases of long tests")
+    parser.addoption("--measured", action="store_true", help="write down which tests take long")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw few examples where tests are thinned."""
+    if config.getoption("--thinned"):
+        settings.load_profile("thinned")
+    if config.getoption("--measured"):
+        config.pluginmanager.register(Measuring(), Measuring.__name__)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write down which tests take long, where that was measured."""
+    measuring = session.config.pluginmanager.get_plugin(Measuring.__name__)
+    if measuring is not None and not WORKER:
+        measuring.write()
 
 
 def pytest_collection_finish() -> None:
@@ -53,7 +76,10 @@ def pytest_make_collect_report(
     return report
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Order tests as they stand, wherever collecting began: workers have to agree on it."""
     if WORKER:
         items.sort(key=lambda item: item.path)
+    if config.getoption("--thinned"):
+        items[:], left_out = thinned(items)
+        config.hook.pytest_deselected(items=left_out)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner import quantity
 
@@ -141,7 +142,7 @@ def test_what_is_absent_or_no_number_is_a_dash(formatter: Callable[[float | None
     assert formatter(math.inf).startswith("—")
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(energy_wh=st.floats(min_value=-1e5, max_value=1e5).filter(lambda value: value != 0.0))
 def test_an_energy_that_is_not_zero_is_not_written_as_zero(energy_wh: float) -> None:
     text = quantity.energy(energy_wh)
@@ -149,7 +150,7 @@ def test_an_energy_that_is_not_zero_is_not_written_as_zero(energy_wh: float) -> 
     assert ("-" in text) == (energy_wh < 0.0)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(energy_wh=st.floats(min_value=0.1, max_value=1e5))
 def test_an_energy_is_rounded_by_less_than_half_a_percent(energy_wh: float) -> None:
     # three digits: at most half a unit of the third; below 1 Wh half a hundredth of a Wh

@@ -21,6 +21,7 @@ from made_missions import (
 )
 from made_terrain import ground
 from made_trajectories import place, straight, trajectory
+from thinning import examples
 
 from planner.fleet.approach import ACCURACY_M, closest_approach
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
@@ -151,7 +152,7 @@ def flights(draw: st.DrawFn) -> Trajectory:
     return trajectory([0.0, *np.cumsum(widths).tolist()], control_m)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(flights(), flights(), st.floats(-10.0, 10.0))
 def test_the_closest_approach_is_that_of_dense_sampling(
     first: Trajectory, second: Trajectory, later_s: float
@@ -169,7 +170,7 @@ def test_the_closest_approach_is_that_of_dense_sampling(
     assert found.distance_m >= least_m - ACCURACY_M
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(flights(), flights(), st.floats(-5.0, 5.0), st.floats(0.1, 3.0))
 def test_no_shift_within_the_error_comes_nearer(
     first: Trajectory, second: Trajectory, later_s: float, shift_s: float
@@ -188,7 +189,7 @@ def test_no_shift_within_the_error_comes_nearer(
     assert at.distance_m == pytest.approx(found.distance_m, abs=ACCURACY_M)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(flights(), flights(), st.floats(0.5, 30.0), st.floats(0.0, 2.0))
 def test_a_rough_answer_is_none_where_the_exact_one_is_and_never_too_far(
     first: Trajectory, second: Trajectory, within_m: float, shift_s: float

@@ -26,6 +26,7 @@ from made_fleet import (
 from made_missions import item, mission, north, rtl
 from made_trajectories import place as place_at
 from made_trajectories import straight, trajectory
+from thinning import examples
 
 from planner.cli.main import main
 from planner.findings import Severity
@@ -131,7 +132,7 @@ def flights(draw: st.DrawFn) -> Trajectory:
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(flights(), flights(), st.floats(-10.0, 10.0), st.floats(1.0, 20.0), st.floats(1.0, 20.0))
 def test_no_sample_at_20_hz_is_in_a_zone_that_is_said_to_be_kept(
     first: Trajectory, second: Trajectory, later_s: float, over_m: float, under_m: float

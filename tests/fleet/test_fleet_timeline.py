@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_fleet import PACK, SEPARATION, SWAP, checked, pad, sortie, vehicles
 from made_trajectories import place as place_at
+from thinning import examples
 
 from planner.fleet.approach import ACCURACY_M
 from planner.fleet.separation import predict_approach
@@ -65,7 +66,7 @@ def test_a_thinned_track_is_as_near_as_it_says_at_every_time() -> None:
 
 
 @given(st.integers(0, 1000), st.floats(0.1, 5.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_what_is_thinned_out_is_within_the_tolerance_at_its_own_time(
     seed: int, tolerance: float
 ) -> None:

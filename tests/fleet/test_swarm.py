@@ -22,6 +22,7 @@ from made_swarm import (
     search,
     simulated,
 )
+from thinning import examples
 
 from planner.fleet.swarm.algorithms import RandomSearch, Waypoints, strips
 from planner.fleet.swarm.orca import Neighbours, half_planes, nearest_velocities_m_s
@@ -82,7 +83,7 @@ def test_two_that_meet_head_on_stop_and_go_round() -> None:
     assert np.allclose(swarm.places()[0], np.array(ways)[:, 0], atol=1.0)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=examples(3), deadline=None)
 @given(seed=st.integers(0, 10**6), policy=st.sampled_from([StopInTime(), OrcaStop()]))
 def test_whatever_the_delay_and_the_overshoot_no_separation_is_lost(
     seed: int, policy: Policy

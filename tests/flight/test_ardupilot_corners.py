@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.flight.motion.ardupilot.legs import Corners, half_overlap_s
 from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
@@ -154,7 +155,7 @@ def test_straight_on_the_speed_is_kept() -> None:
     radius=st.floats(0.5, 10.0),
     across=st.floats(0.5, 10.0),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_corners_keep_all_four_limits_and_no_longer_overlap_would(
     turn: float, climb: float, speed: float, jerk: float, radius: float, across: float
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 from ardupilot_missions import DEFAULTS, ends, fly, go, stage, states, takeoff, took_s
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import Stage, StageKind
@@ -70,7 +71,7 @@ def assert_is_sound(motion: Motion) -> None:
 
 
 @given(stages=missions())
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=examples(120), deadline=None)
 def test_segments_and_pieces_are_contiguous_and_the_way_has_no_gap(
     stages: tuple[Stage, ...],
 ) -> None:
@@ -96,7 +97,7 @@ def test_a_leg_that_speeds_up_twice_meets_a_spline_where_it_begins() -> None:
 
 
 @given(stages=missions())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_speeds_change_in_a_jump_only_at_touch_down_and_about_circles(
     stages: tuple[Stage, ...],
 ) -> None:
@@ -132,7 +133,7 @@ def test_splines_meet_what_follows_in_one_direction(stages: tuple[Stage, ...]) -
 
 
 @given(stages=missions())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_stages_are_arrived_at_in_order_and_where_they_are(stages: tuple[Stage, ...]) -> None:
     motion = fly(*stages)
     assert (np.diff(motion.done_segment) >= 0).all()
@@ -153,7 +154,7 @@ def test_stages_are_arrived_at_in_order_and_where_they_are(stages: tuple[Stage, 
     north=st.floats(5.0, 400.0),
     speed=st.floats(1.0, 18.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_no_corner_is_faster_than_its_legs_nor_bends_harder_than_allowed(
     east: list[float], north: float, speed: float
 ) -> None:
@@ -172,7 +173,7 @@ def test_no_corner_is_faster_than_its_legs_nor_bends_harder_than_allowed(
 
 
 @given(scale=st.floats(0.3, 4.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_a_survey_turned_about_takes_the_same_time(scale: float) -> None:
     def time(turn: float) -> float:
         cosine, sine = np.cos(turn), np.sin(turn)

@@ -11,6 +11,7 @@ from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_returns import to_home
+from thinning import examples
 
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import ardupilot_returns
@@ -92,7 +93,7 @@ def target_cm(
     return max(target_alt, curr_alt)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(
     alt=METRES,
     goal=METRES,

@@ -11,6 +11,7 @@ import pytest
 from ardupilot_missions import DEFAULTS, fly, go, home, stage, states, takeoff, time_s, took_s
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.legs import stopping_distance_m
@@ -163,7 +164,7 @@ def test_cruise_and_brake_know_their_stop() -> None:
 
 
 @given(speed=st.floats(0.5, 20.0), acceleration=st.floats(0.5, 6.0), jerk=st.floats(0.5, 10.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_stops_grow_with_speed_and_shrink_with_acceleration(
     speed: float, acceleration: float, jerk: float
 ) -> None:

@@ -18,6 +18,7 @@ from made_missions import (
     waypoint,
 )
 from rule_cases.case import vehicle_of
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -100,7 +101,7 @@ def test_it_ends_where_the_vehicle_disarms(options: int, between: tuple[MissionI
     ("autopilot", "end"),
     [(ARDUPILOT, land), (STEP, land), (ARDUPILOT, lambda _: rtl()), (STEP, lambda _: rtl())],
 )
-@settings(deadline=None, max_examples=2)
+@settings(deadline=None, max_examples=examples(2))
 @given(
     north_m=st.floats(50.0, 800.0),
     beyond_m=st.floats(50.0, 800.0),

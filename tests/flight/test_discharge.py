@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -276,7 +277,7 @@ NEED_WH = checked().totals.energy_wh
     warmer_c=st.floats(min_value=0.0, max_value=25.0),
     higher_m=st.floats(min_value=0.0, max_value=2500.0),
 )
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_load_heat_and_altitude_never_lower_the_need_nor_raise_the_margin(
     payload_kg: float, warmer_c: float, higher_m: float
 ) -> None:
@@ -298,7 +299,7 @@ def test_load_heat_and_altitude_never_lower_the_need_nor_raise_the_margin(
     age=st.floats(min_value=1.0, max_value=2.5),
     charge=st.floats(min_value=0.5, max_value=1.0),
 )
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_wear_and_less_charge_never_lower_the_need_nor_raise_the_margin(
     health: float, age: float, charge: float
 ) -> None:

@@ -12,6 +12,7 @@ from fenced_missions import at, motion_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, speed, takeoff
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.flight.path import PATH_TOLERANCE_M, FlownPath, flown_path
@@ -50,7 +51,7 @@ def farthest_m(motion: Motion, path: FlownPath) -> float:
     st.sampled_from([16, 82, 18]),
     st.floats(2.0, 12.0),
 )
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_a_motion_never_leaves_its_path(
     autopilot: Autopilot, places: list[tuple[float, float, float]], command: int, speed_m_s: float
 ) -> None:

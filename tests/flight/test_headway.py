@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.flight.motion.headway import SLOWEST_M_S, headway_m_s, held_speeds_m_s
 from planner.physics.wind import Wind
@@ -40,7 +41,7 @@ def test_a_profile_counts_at_the_worse_end_of_a_way() -> None:
 
 
 @given(speed=st.floats(0.0, 20.0), from_deg=st.floats(0.0, 360.0), share=st.floats(0.0, 1.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_no_height_between_the_ends_is_slower_than_both(
     speed: float, from_deg: float, share: float
 ) -> None:
@@ -79,7 +80,7 @@ def test_what_cannot_be_held_is_flown_slower_and_said() -> None:
 @given(
     st.floats(5.0, 30.0), st.floats(0.0, 1.0), st.floats(0.0, 360.0), st.floats(0.0, 2.0 * np.pi)
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_upwind_is_the_slowest_way(
     airspeed_m_s: float, part: float, from_deg: float, way_rad: float
 ) -> None:

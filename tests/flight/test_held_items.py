@@ -10,6 +10,7 @@ from fenced_missions import VEHICLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import HOME, item, mission, north, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -295,7 +296,7 @@ def test_px4_holds_nothing_back() -> None:
     assert stages[1].speed_m_s == 1.0
 
 
-@settings(deadline=None, max_examples=6)
+@settings(deadline=None, max_examples=examples(6))
 @given(
     legs=st.lists(st.tuples(st.integers(20, 600), st.integers(10, 60)), min_size=1, max_size=5),
     waits=st.lists(st.sampled_from([112, 114, 115]), min_size=1, max_size=3),
@@ -323,7 +324,7 @@ def test_a_condition_that_holds_back_nothing_changes_nothing(
     assert held.totals == plain.totals
 
 
-@settings(deadline=None, max_examples=6)
+@settings(deadline=None, max_examples=examples(6))
 @given(
     length=st.floats(300.0, 1500.0),  # so long that it slows down on the way (E126)
     seconds=st.floats(0.0, 200.0),
@@ -353,7 +354,7 @@ def test_a_speed_held_back_flies_between_the_slow_leg_and_the_fast_one(
     assert min(by_hand) - 1.0 <= held <= max(by_hand) + 2.0 * ramp_s + 2.0
 
 
-@settings(deadline=None, max_examples=4)
+@settings(deadline=None, max_examples=examples(4))
 @given(
     length=st.floats(300.0, 1500.0),
     fraction=st.floats(0.05, 0.95),

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
 from stepped_point import leg_time_s
+from thinning import examples
 
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.motion.px4.braking import (
@@ -179,7 +180,7 @@ def test_legs_of_any_length_take_as_long_as_a_point_stepped_along_them(
     assert took == pytest.approx(leg_time_s(length_m, speed_m_s), abs=0.13)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(
     st.floats(5.0, 150.0),
     st.floats(2.0, 12.0),

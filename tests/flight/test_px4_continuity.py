@@ -11,6 +11,7 @@ from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
+from thinning import examples
 
 from planner.flight.motion.kinematics import PolynomialLaw
 from planner.mission.route.stage import Stage, StageKind
@@ -90,7 +91,7 @@ def test_what_is_said_to_be_a_cubic_of_time_is_one() -> None:
     assert motion.state_at(piece, 0.5 * duration_s).place_m == pytest.approx(middle, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(missions(), st.sampled_from([0, 4]), st.floats(0.0, 0.5))
 def test_pieces_follow_each_other_without_a_jump(
     stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
@@ -102,7 +103,7 @@ def test_pieces_follow_each_other_without_a_jump(
     assert (np.diff(motion.piece_segment) >= 0).all()
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 @given(missions())
 def test_segments_add_up_to_where_the_pieces_lead(stages: tuple[Stage, ...]) -> None:
     motion = fly_px4(stages, PX4)
@@ -120,7 +121,7 @@ def test_segments_add_up_to_where_the_pieces_lead(stages: tuple[Stage, ...]) -> 
     assert motion.done_segment[-1] == len(segments.item) - 1
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 @given(missions(), st.sampled_from([0, 4]))
 def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: int) -> None:
     motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode))
@@ -137,7 +138,7 @@ def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: i
     assert state.height_m.min() >= -0.1
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(missions(), st.floats(0.01, 1.0))
 def test_noise_never_saves_time_and_never_takes_more_than_it_may(
     stages: tuple[Stage, ...], noise_m: float
@@ -207,7 +208,7 @@ def cramped_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
     return (*stages, draw(st.sampled_from(ends)))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(cramped_missions())
 def test_legs_too_short_for_their_speed_and_landings_in_motion_do_not_jump(
     stages: tuple[Stage, ...],

@@ -10,6 +10,7 @@ from ardupilot_missions import go, land, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
+from thinning import examples
 
 from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
@@ -189,7 +190,7 @@ def test_a_landing_elsewhere_is_flown_to_without_a_stop() -> None:
     assert motion.state_at_time(reached).ground_speed_m_s == pytest.approx(5.0, abs=0.01)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(
     st.floats(1.0, 179.0),
     st.floats(2.0, 12.0),
@@ -208,7 +209,7 @@ def test_corners_are_the_same_to_the_left_and_along_either_axis(
     assert eastward == pytest.approx(right, abs=0.02)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.floats(0.0, 180.0), st.floats(2.0, 10.0), st.floats(25.0, 200.0))
 def test_a_sharper_corner_never_saves_time_and_a_faster_leg_never_loses_any(
     turn_deg: float, speed_m_s: float, length_m: float
@@ -221,7 +222,7 @@ def test_a_sharper_corner_never_saves_time_and_a_faster_leg_never_loses_any(
     assert faster < here + 0.1
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(
     st.lists(st.tuples(st.floats(-150.0, 150.0), st.floats(-150.0, 150.0)), min_size=2, max_size=8)
 )

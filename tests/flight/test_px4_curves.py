@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.flight.motion.px4.pieces import Curves
 
@@ -58,7 +59,7 @@ def test_a_vertical_limit_bends_a_curve_as_well() -> None:
 SPEEDS = st.floats(-5.0, 5.0)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(
     st.tuples(SPEEDS, SPEEDS, st.floats(-3.0, 3.0)),
     st.tuples(SPEEDS, SPEEDS, st.floats(-3.0, 3.0)),

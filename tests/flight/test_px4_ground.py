@@ -11,6 +11,7 @@ from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
+from thinning import examples
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.lift_off import lift_off
@@ -227,7 +228,7 @@ def test_a_landing_elsewhere_is_flown_to_level() -> None:
     assert (landed.north_m[0], landed.height_m[0]) == pytest.approx((120.0, 0.0), abs=0.01)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.floats(0.2, 120.0), st.floats(-30.0, 30.0))
 def test_landings_end_on_the_ground_they_were_meant_for(height_m: float, ground_m: float) -> None:
     over = max(ground_m, 0.0) + height_m

@@ -15,6 +15,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from made_returns import to_home
 from px4_flights import fly_px4, px4_returns
+from thinning import examples
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.braking import (
@@ -270,7 +271,7 @@ def flown_at(*legs: tuple[float, float, float, float]) -> tuple[Stage, ...]:
     return takeoff(40.0), *places
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(wide_missions())
 # A climb in which the speed grows, one in which it falls, and a bend of 14°.
 @example(flown_at((80.0, 0.0, 40.0, 5.0), (160.0, 0.0, 40.0, 5.0), (240.0, 0.0, 50.0, 8.0)))
@@ -304,7 +305,7 @@ def test_velocity_never_jumps_and_changes_within_the_limits(stages: tuple[Stage,
     assert np.abs(jerk[lasts[:, 0] > 0.02][..., :2]).max(initial=0.0) <= 2.0 * J
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(
     st.lists(
         st.builds(

@@ -15,6 +15,7 @@ from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
+from thinning import examples
 
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -61,7 +62,7 @@ def test_a_climb_or_descent_takes_what_its_jerk_allows(beyond_m: float, sign: fl
     assert found == pytest.approx(jerked_s(beyond_m), rel=0.02)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(
     st.lists(st.floats(0.001, 3.0), min_size=2, max_size=2).map(sorted),
     st.sampled_from(["level", "up", "down"]),

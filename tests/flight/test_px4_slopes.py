@@ -11,6 +11,7 @@ from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from px4_flights import fly_px4
+from thinning import examples
 
 from planner.flight.motion.kinematics import STATES
 from planner.values import replace
@@ -208,7 +209,7 @@ def test_each_parameter_moves_climbs_and_descents_as_the_law_says(
             assert found - hold_s == pytest.approx(expected_s, abs=0.15)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.floats(20.0, 300.0), st.floats(-40.0, 100.0), st.floats(2.0, 12.0))
 def test_no_leg_beats_either_of_its_axes(way_m: float, climb_m: float, speed_m_s: float) -> None:
     took = legs_s(replace(go(0.0, way_m, 50.0 + climb_m, hold=1.0), speed_m_s=speed_m_s))[0] - 1.0

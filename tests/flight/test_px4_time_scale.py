@@ -13,6 +13,7 @@ from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
 from px4_flights import fly_px4
 from scipy.stats import norm
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.flight.motion.px4.pieces import TimeScale
@@ -49,7 +50,7 @@ def test_speeding_up_passes_time_as_fast_as_the_speeds_in_between() -> None:
     assert np.mean([steady(v) for v in many[::10]]) == pytest.approx(whole[0], abs=1e-4)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 @given(st.floats(0.0, 20.0), st.floats(0.0, 20.0), st.floats(0.0, 1.9))
 def test_the_time_scale_of_a_change_of_speed_lies_between_those_at_its_ends(
     first_m_s: float, last_m_s: float, noise_m: float

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.ramps import fly_ramps
@@ -90,7 +91,7 @@ def test_position_and_velocity_do_not_jump() -> None:
     assert climb.max() == pytest.approx(1.0, abs=1e-6)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     st.floats(0.1, 500.0), st.floats(0.5, 20.0), st.floats(0.5, 8.0), st.floats(0.5, 8.0),
     st.floats(1.0, 120.0),

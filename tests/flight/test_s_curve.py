@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.flight.motion.s_curve import PlannedCurves, SCurves, SpeedLimits, s_curves, speed_ramps
 
@@ -154,7 +155,7 @@ def test_a_short_line_keeps_the_speed_it_was_planned_with() -> None:
 @given(
     length=st.floats(0.01, 3000.0), speed=SPEEDS, acceleration=ACCELERATIONS, jerk=JERKS, rise=RISES
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_every_leg_ends_at_its_end_at_rest_and_keeps_its_limits(
     length: float, speed: float, acceleration: float, jerk: float, rise: float
 ) -> None:
@@ -176,7 +177,7 @@ def test_every_leg_ends_at_its_end_at_rest_and_keeps_its_limits(
     end=st.floats(0.0, 1.0),
     rise=RISES,
 )
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_a_leg_between_moving_ends_is_flown_to_its_end(
     length: float, speed: float, start: float, end: float, rise: float
 ) -> None:
@@ -188,7 +189,7 @@ def test_a_leg_between_moving_ends_is_flown_to_its_end(
 
 
 @given(change=st.floats(0.01, 20.0), acceleration=ACCELERATIONS, jerk=JERKS, rise=RISES)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_the_first_half_of_a_ramp_is_half_of_its_change(
     change: float, acceleration: float, jerk: float, rise: float
 ) -> None:

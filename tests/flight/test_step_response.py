@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sampled_flight import Manoeuvre, SampledVehicle
+from thinning import examples
 
 from planner.flight.motion.kinematics import FlightState
 from planner.flight.pilot import StepPilot
@@ -217,7 +218,7 @@ def test_the_flown_path_passes_its_waypoints() -> None:
     assert state.height_m == pytest.approx([100.0, 100.0, 350.0, 60.0, 0.0], abs=1.0 + 1e-3)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.floats(0.01, 5000.0), st.floats(0.5, 10.0))
 def test_a_leg_of_any_length_covers_exactly_its_length(length_m: float, speed_m_s: float) -> None:
     flight = fly(
@@ -229,7 +230,7 @@ def test_a_leg_of_any_length_covers_exactly_its_length(length_m: float, speed_m_
     assert all(s.energy_wh > 0.0 for s in level if s.duration_s > 0.0)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(st.floats(5.0, 800.0), st.floats(5.0, 800.0))
 def test_a_longer_leg_never_costs_less(first_m: float, second_m: float) -> None:
     short, long = sorted((first_m, second_m))

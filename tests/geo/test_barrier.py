@@ -7,6 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.errors import PathTooLongError
 from planner.geo.barrier import Barrier, CircleBarrier, path_legs, polygon_barrier, swept_areas
@@ -105,7 +106,7 @@ def test_the_margin_decides_at_its_boundary() -> None:
     st.booleans(),
     st.booleans(),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_no_place_of_an_area_is_nearer_than_it_says(
     points: list[tuple[float, float]],
     centre: tuple[float, float],

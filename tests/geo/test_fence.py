@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyproj import Geod
+from thinning import examples
 
 from planner.findings import Place, Severity
 from planner.geo.barrier import path_legs
@@ -401,7 +402,7 @@ def test_a_fence_around_the_pole_holds_the_pole() -> None:
     st.sampled_from([179.99, -179.97, 8.0]),
     st.data(),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_distances_to_polygons_agree_with_geodesics_to_their_edges(
     latitude: float, longitude: float, data: st.DataObject
 ) -> None:
@@ -455,7 +456,7 @@ def edge_distance_m(
     st.sampled_from([179.99, -179.97, 8.0]),
     st.data(),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_clearances_of_legs_to_circles_agree_with_geodesics(
     latitude: float, longitude: float, data: st.DataObject
 ) -> None:
@@ -523,7 +524,7 @@ CIRCLES = st.builds(
     st.lists(st.tuples(METRES, METRES), min_size=2, max_size=5),
     st.booleans(),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_no_sample_of_a_path_contradicts_its_clearance_and_stretches(
     areas: list[FencePolygon | FenceCircle],
     path: list[tuple[float, float]],

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pyproj import Geod
+from thinning import examples
 
 from planner.geo.fence import Fence, FencePolygon, make_fence_area
 from planner.geo.geodesy import (
@@ -54,7 +55,7 @@ def test_the_most_across_the_antimeridian_is_that_of_the_short_way() -> None:
 @given(LATITUDES, LONGITUDES, st.floats(0.01, 5e6), st.floats(0.0, 360.0))
 @example(90.0, 0.0, 2e4, 77.0)
 @example(0.0, 179.95, 2e4, 90.0)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_distance_and_azimuth_agree_with_proj_anywhere(
     latitude: float, longitude: float, length: float, azimuth: float
 ) -> None:
@@ -70,7 +71,7 @@ def test_distance_and_azimuth_agree_with_proj_anywhere(
 
 
 @given(LATITUDES, LONGITUDES, st.floats(0.0, 5e6), st.floats(0.0, 360.0))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_the_end_of_a_geodesic_agrees_with_proj_anywhere(
     latitude: float, longitude: float, length: float, azimuth: float
 ) -> None:
@@ -132,7 +133,7 @@ def polar(radius: float, angle: float) -> tuple[float, float]:
 
 
 @given(FRAMES, st.floats(0.0, 2e5), ANGLES)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_positions_come_back(frame: LocalFrame, radius: float, angle: float) -> None:
     east, north = polar(radius, angle)
     found = frame.east_north_m(*frame.latitude_longitude_deg(east, north))
@@ -141,7 +142,7 @@ def test_positions_come_back(frame: LocalFrame, radius: float, angle: float) -> 
 
 
 @given(FRAMES, st.floats(0.0, 2e4), ANGLES, st.floats(0.0, 2e4), ANGLES)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_legs_of_20_km_near_the_origin_have_their_true_length_within_10_cm(
     frame: LocalFrame, radius: float, angle: float, far_radius: float, far_angle: float
 ) -> None:
@@ -154,7 +155,7 @@ def test_legs_of_20_km_near_the_origin_have_their_true_length_within_10_cm(
 
 
 @given(FRAMES, st.floats(0.0, 2e4), ANGLES, ANGLES)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_the_middle_of_a_straight_leg_is_within_10_cm_of_the_geodesics(
     frame: LocalFrame, radius: float, angle: float, direction: float
 ) -> None:

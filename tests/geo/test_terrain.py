@@ -9,6 +9,7 @@ import rasterio
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyproj import Transformer
+from thinning import examples
 
 from planner.errors import ExitCode, MissingLibraryError, TerrainFileError
 from planner.geo.terrain import TerrainGrid, TerrainTile, WindowedHeights, read_terrain
@@ -82,7 +83,7 @@ def test_cells_know_their_centres_and_are_bilinear_between(tmp_path: Path) -> No
 
 
 @given(st.floats(46.05, 46.95), st.floats(8.05, 8.95))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_a_plane_is_reproduced_exactly(latitude: float, longitude: float) -> None:
     centres = np.arange(10) * 0.1 + 0.05
     tile = TerrainTile(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.findings import Finding, Severity
 from planner.guard.authorisation import (
@@ -464,7 +465,7 @@ class World:
         self.settle()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(steps=st.lists(STEPS, max_size=40))
 def test_nothing_is_accepted_but_what_was_judged_a_go_and_not_changed_since(
     steps: list[tuple[str, *tuple[object, ...]]],

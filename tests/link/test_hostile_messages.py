@@ -9,6 +9,7 @@ import pytest
 from hostile_frames import hostile_frames
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 from virtual_vehicle import wire_item
 
 from planner.errors import LinkError
@@ -39,7 +40,7 @@ _FRAMES = [
         max_size=20,
     )
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_after_any_bytes_a_whole_frame_is_understood_again(pieces: list[bytes]) -> None:
     codec = Codec(0, 0)
     for piece in pieces:
@@ -132,7 +133,7 @@ def _guard(link: VehicleLink) -> None:
     ),
     what=st.sampled_from(["lists", "parameters", "state", "logs", "upload", "guard"]),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_whatever_a_vehicle_sends_a_command_ends_in_time_with_a_word(
     autopilot: int, frames: list[bytes], what: str
 ) -> None:

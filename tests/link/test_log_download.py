@@ -9,6 +9,7 @@ import pytest
 from file_servers import ArdupilotFiles, Px4Files
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.errors import LinkError
 from planner.link.files import (
@@ -90,7 +91,7 @@ def _download(path: str, got: bytearray, numbers: FileNumbers, *, start: int = 0
 
 
 @given(seed=st.integers(0, 10**6), start=st.integers(0, len(CONTENT)))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_the_log_protocol_brings_a_log_whole_through_loss(seed: int, start: int) -> None:
     got = bytearray(CONTENT[:start])
     _run(LogDownload(LOG, start, got.extend, LinkSettings()), _log_data, loss=0.2, seed=seed)
@@ -99,7 +100,7 @@ def test_the_log_protocol_brings_a_log_whole_through_loss(seed: int, start: int)
 
 @STACKS
 @given(seed=st.integers(0, 10**6), start=st.integers(0, len(CONTENT)))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_the_file_protocol_brings_files_whole_through_loss(
     stack: type[Px4Files | ArdupilotFiles], seed: int, start: int
 ) -> None:

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
+from thinning import examples
 
 from planner.link.connection import Gate, Purpose
 from planner.link.wire import LAYOUTS, Codec, load_dialect, message
@@ -53,7 +54,7 @@ def test_the_check_sums_follow_from_the_definitions(name: str) -> None:
     st.integers(0, 255),
     st.binary(min_size=40, max_size=40),
 )
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 def test_an_event_is_read_as_it_was_sent(
     number: int, sequence: int, levels: int, arguments: bytes
 ) -> None:

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_vehicles import memory_line
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.link.mission import ListIdRequest, MissionKind
@@ -169,7 +170,7 @@ def test_who_gives_no_word_is_asked_as_often_as_may_be() -> None:
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=examples(4), deadline=None)
 def test_through_loss_a_state_that_the_vehicle_has_is_read_whole(seed: int) -> None:
     faults = f"loss=10%,duplication=10%,delay=0.4,seed={seed}"
     link = VehicleLink(memory_line(Autopilot.PX4, faults), name="simulated")
@@ -182,7 +183,7 @@ def test_through_loss_a_state_that_the_vehicle_has_is_read_whole(seed: int) -> N
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_through_loss_a_home_that_the_vehicle_has_is_never_taken_to_be_none(seed: int) -> None:
     # PX4 denies WIND, which is ArduPilot's: words to it must not be taken for words about home.
     link = VehicleLink(

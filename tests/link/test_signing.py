@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_vehicles import MemoryLine, free_port, request, vehicle, wire
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.cli.main import main
@@ -103,7 +104,7 @@ def test_what_pymavlink_refuses_we_refuse() -> None:
 
 
 @given(number=st.integers(0, 10**6), position=st.integers(0, 10**6), change=st.integers(1, 255))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_no_byte_of_a_signed_frame_may_differ(number: int, position: int, change: int) -> None:
     frame = bytearray(_frame(_pymavlink(), number % 60_000))
     frame[position % len(frame)] ^= change

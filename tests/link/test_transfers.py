@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from thinning import examples
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoints, wire_item
 
 from planner.errors import LinkError
@@ -28,7 +29,7 @@ def _link(line: VirtualLine, **options: object) -> VehicleLink:
 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_every_list_arrives_whole_when_a_fifth_is_lost_both_ways(autopilot: int, seed: int) -> None:
     vehicle = VirtualVehicle(autopilot=autopilot)
     vehicle.lists = {
@@ -45,7 +46,7 @@ def test_every_list_arrives_whole_when_a_fifth_is_lost_both_ways(autopilot: int,
 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_every_parameter_arrives_when_a_fifth_is_lost_both_ways(autopilot: int, seed: int) -> None:
     vehicle = VirtualVehicle(autopilot=autopilot, parameters=PARAMETERS)
     link = _link(VirtualLine(vehicle, loss=0.2, repeated=0.1, late=0.1, seed=seed))
@@ -61,7 +62,7 @@ def test_every_parameter_arrives_when_a_fifth_is_lost_both_ways(autopilot: int, 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 @example(seed=316)  # the line repeats the last item, and the vehicle's word to the first is lost
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_an_upload_through_loss_is_whole_on_the_vehicle(autopilot: int, seed: int) -> None:
     vehicle = VirtualVehicle(autopilot=autopilot)
     line = VirtualLine(vehicle, loss=0.2, repeated=0.1, late=0.1, seed=seed)

@@ -10,6 +10,7 @@ from dataflash_writer import copter_log
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from telemetry_writer import copter_telemetry
+from thinning import examples
 from ulog_writer import px4_log
 
 from planner.errors import LogFileError
@@ -82,7 +83,7 @@ def _read_or_refuse(folder: Path, content: bytes) -> None:
 
 
 @given(magic=st.sampled_from([b"", *MAGIC.values()]), rest=st.binary(max_size=400))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_random_bytes_are_read_or_refused(folder: Path, magic: bytes, rest: bytes) -> None:
     _read_or_refuse(folder, magic + rest)
 
@@ -92,7 +93,7 @@ def test_random_bytes_are_read_or_refused(folder: Path, magic: bytes, rest: byte
     changes=st.lists(st.tuples(st.floats(0, 1), st.binary(min_size=1, max_size=40)), max_size=8),
     kept=st.floats(0.1, 1.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_damaged_logs_are_read_or_refused(
     folder: Path, kind: str, changes: list[tuple[float, bytes]], kept: float
 ) -> None:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plan_text import LANDING, STRUCTURE_SCAN, SURVEY, plan_of, simple_item
+from thinning import examples
 
 from planner.errors import MissionFileError
 from planner.findings import Severity
@@ -481,7 +482,7 @@ def test_orders_of_flight() -> None:
     assert begun_nearest(lines, np.array([16.0, 17.0]))[0, 0].tolist() == [16.0, 17.0]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     angle_deg=st.floats(-90.0, 180.0),
     spacing_m=st.floats(1.0, 30.0),

@@ -15,6 +15,7 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 from made_missions import mission as made
 from plan_text import PLAN, SURVEY, plan_of, plan_with, simple_item
 from qgc_rules import refuse_plan, refuse_text
+from thinning import examples
 
 import planner
 from planner.autopilot import Autopilot
@@ -160,7 +161,7 @@ def test_a_mission_that_no_plan_can_hold_is_not_written() -> None:
 
 
 @given(content=plans())
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(15), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_no_plan_reads_back_differently_from_text(content: dict[str, Any]) -> None:
     mission = plan(json.dumps(content))
     there = convert_mission(mission, MissionFormat.WPL)
@@ -361,7 +362,7 @@ def items() -> st.SearchStrategy[list[MissionItem]]:
 
 @pytest.mark.parametrize("autopilot", VEHICLES)
 @given(body=items(), at=st.sampled_from([2.5, 6.0, 9.0]), away=st.booleans(), lands=st.booleans())
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 def test_the_saved_mission_flies_what_the_override_flies(
     autopilot: Autopilot | None, body: list[MissionItem], at: float, *, away: bool, lands: bool
 ) -> None:

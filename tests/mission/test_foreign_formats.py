@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.errors import MissionFileError
 from planner.findings import Severity
@@ -499,7 +500,7 @@ def test_no_area_of_a_drawing_is_left_out() -> None:
     assert areas(line(more=twice)) == [(True, 3), (False, 3), (False, 3)]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     ring=st.lists(
         st.tuples(st.floats(7.0, 9.0), st.floats(46.0, 48.0)), min_size=3, max_size=9, unique=True

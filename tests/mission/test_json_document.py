@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.errors import MissionFileError
 from planner.findings import Place
@@ -78,7 +79,7 @@ JSON_VALUES = st.recursive(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(value=JSON_VALUES, indent=st.sampled_from([None, 0, 2]), ascii_only=st.booleans())
 def test_every_object_stands_where_its_place_says(
     value: object,
@@ -146,7 +147,7 @@ def test_a_byte_order_mark_is_told_and_counts_for_no_column() -> None:
     assert [finding.code for finding in document.findings] == ["L162"]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(text=st.text('{}[]",:\\ \n019.eE-+NaInfity\ufeffé', max_size=40))
 def test_any_text_is_parsed_as_the_standard_library_does_or_refused(text: str) -> None:
     try:

@@ -16,6 +16,7 @@ from made_missions import jump, rtl, takeoff, waypoint
 from made_missions import mission as made
 from mavsdk.plugins.mission_raw import MissionRawError
 from plan_text import LANDING, PLAN, plan_of, plan_without, simple_item
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.fetched import FetchMark
@@ -87,7 +88,7 @@ def test_the_home_of_a_plan_becomes_ardupilots_item_0(
 
 
 @given(items=item_lists(), home=HOMES, fence=FENCES, rally=RALLY_POINTS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_any_plan_that_is_written_is_imported_as_it_was(
     importers: Mapping[Autopilot, MissionRaw],
     items: tuple[MissionItem, ...],
@@ -125,7 +126,7 @@ def compare_fence(fence: Fence, theirs: list[Any]) -> None:
 
 
 @given(items=item_lists(), home=HOMES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_any_text_that_is_written_is_imported_as_it_was(
     importers: Mapping[Autopilot, MissionRaw], items: tuple[MissionItem, ...], home: Home | None
 ) -> None:

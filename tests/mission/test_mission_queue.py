@@ -12,6 +12,7 @@ from ardupilot_mission_queue import MissionQueue, Row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import HOME, item, jump, mission, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from planner.mission.items import MissionItem
     from planner.mission.route.stage import Route
 
-EXAMPLES = 100 * int(os.environ.get("MAVJOULE_EXAMPLES", "1"))
+EXAMPLES = examples(100) * int(os.environ.get("MAVJOULE_EXAMPLES", "1"))
 CAMERA, DELAY, TAG = (
     item(206, frame=2),
     item(112, frame=2, params=(9999.0, 0.0, 0.0, 0.0)),

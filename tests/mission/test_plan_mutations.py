@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plan_text import LANDING, PLAN, STRUCTURE_SCAN
+from thinning import examples
 
 from planner.errors import MissionFileError
 from planner.mission.formats.plan import read_plan_text
@@ -116,7 +117,7 @@ def test_the_unchanged_files_are_read() -> None:
         check(mission)
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=examples(120), deadline=None)
 @given(start=STARTS, data=st.data())
 def test_values_may_change_to_anything(start: dict[str, Any], data: st.DataObject) -> None:
     plan: Any = copy.deepcopy(start)
@@ -138,7 +139,7 @@ def test_values_may_change_to_anything(start: dict[str, Any], data: st.DataObjec
     check(read_or_refuse(json.dumps(plan, indent=data.draw(st.sampled_from([None, 2])))))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(start=STARTS, data=st.data())
 def test_texts_may_be_cut_repeated_or_overwritten(
     start: dict[str, Any], data: st.DataObject
@@ -157,7 +158,7 @@ def test_texts_may_be_cut_repeated_or_overwritten(
     check(read_or_refuse(changed))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(data=st.binary(max_size=60))
 def test_random_bytes_are_refused(data: bytes) -> None:
     assert read_or_refuse(data.decode("latin-1")) is None

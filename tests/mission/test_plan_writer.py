@@ -11,6 +11,7 @@ from made_missions import item, jump, rtl, takeoff, waypoint
 from made_missions import mission as made
 from plan_text import PLAN, SURVEY, plan_of, plan_with, plan_without, simple_item
 from qgc_rules import RefusedError, refuse_plan
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
@@ -283,7 +284,7 @@ def test_a_jump_to_nowhere_does_not_come_to_lead_somewhere() -> None:
 
 
 @given(plan=plans())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_any_plan_read_and_written_is_the_same_file(plan: dict[str, Any]) -> None:
     text = json.dumps(plan)
     refuse_plan(text)
@@ -291,7 +292,7 @@ def test_any_plan_read_and_written_is_the_same_file(plan: dict[str, Any]) -> Non
 
 
 @given(plan=plans())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_any_plan_with_one_item_more_still_holds_all_it_held(plan: dict[str, Any]) -> None:
     mission = read(json.dumps(plan))
     again = read(plan_text(replace(mission, items=(*mission.items, rtl()))))
@@ -317,7 +318,7 @@ def _unnumbered(element: dict[str, Any]) -> dict[str, Any]:
 
 
 @given(items=item_lists(), home=HOMES, fence=FENCES, rally=RALLY_POINTS)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_any_mission_is_read_back_from_its_plan_as_it_was(
     items: tuple[MissionItem, ...], home: Home | None, fence: Fence, rally: tuple[RallyPoint, ...]
 ) -> None:

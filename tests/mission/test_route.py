@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OtherVehicleError
@@ -1038,7 +1039,7 @@ def test_an_endless_mission_carries_its_lap() -> None:
     assert not found.ends_in_air
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(
     st.lists(
         st.builds(

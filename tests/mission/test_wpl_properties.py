@@ -9,6 +9,7 @@ from generated_plans import made
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink import mavutil, mavwp
+from thinning import examples
 
 from planner.errors import MissionFileError
 from planner.mission.commands import Command, load_command_table
@@ -59,7 +60,7 @@ SNIPPETS = [
 
 
 @given(data=st.data())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_a_mutated_file_is_a_mission_or_a_mission_file_error(data: st.DataObject) -> None:
     content = bytearray(REALISTIC)
     for _ in range(data.draw(st.integers(1, 6))):
@@ -71,7 +72,7 @@ def test_a_mutated_file_is_a_mission_or_a_mission_file_error(data: st.DataObject
 
 
 @given(content=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_any_bytes_are_a_mission_or_a_mission_file_error(content: bytes) -> None:
     with contextlib.suppress(MissionFileError):
         read_mission_bytes(content, source="m")
@@ -122,7 +123,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @given(items=st.lists(ITEMS, min_size=1, max_size=12))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_a_file_that_pymavlink_wrote_is_read_as_pymavlink_reads_it(
     items: list[MissionItem], folder: Path
 ) -> None:

@@ -9,6 +9,7 @@ from made_missions import HOME, item, jump, rtl, takeoff, waypoint
 from made_missions import mission as made
 from pymavlink import mavwp
 from qgc_rules import refuse_text
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
@@ -141,7 +142,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @given(items=item_lists(), home=HOMES)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_any_mission_is_read_back_as_it_was_by_us_and_by_pymavlink(
     items: tuple[MissionItem, ...], home: Home | None, path: Path
 ) -> None:
@@ -182,7 +183,7 @@ def _said(one: MissionItem) -> MissionItem:
 
 
 @given(fence=FENCES.filter(bool), rally=RALLY_POINTS.filter(bool))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_any_fence_and_any_rally_points_are_read_back_as_they_were(
     fence: Fence, rally: tuple[RallyPoint, ...]
 ) -> None:

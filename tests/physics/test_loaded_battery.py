@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.physics.battery import BatteryCircuit, joined, loaded_voltage_v
 from planner.values import replace
@@ -135,7 +136,7 @@ def test_a_load_that_varies_takes_the_charge_of_its_parts() -> None:
     start=st.floats(min_value=0.3, max_value=1.0),
     hours=st.floats(min_value=0.01, max_value=0.2),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_the_energy_delivered_is_power_times_time(
     power_w: float, start: float, hours: float
 ) -> None:
@@ -155,7 +156,7 @@ def test_the_energy_delivered_is_power_times_time(
     more_ohm=st.floats(min_value=0.0, max_value=0.1),
     more_w=st.floats(min_value=0.0, max_value=300.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_more_resistance_and_a_higher_rate_never_leave_more_to_use(
     power_w: float, more_ohm: float, more_w: float
 ) -> None:

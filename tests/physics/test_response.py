@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_systems import denominator, poles, systems
 from series_oracle import impulse_integral
+from thinning import examples
 
 from planner.physics.response import (
     Edge,
@@ -84,7 +85,7 @@ def test_closed_form_agrees_with_the_power_series(case: str, k: int) -> None:
     assert largest_error(numerator, list(denominator(of)), k) < 1e-13
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     of=poles(damped=False),
     numerator=st.lists(st.sampled_from([-1.5, -0.1, 0.0, 0.4, 2.0]), min_size=1, max_size=3),
@@ -144,7 +145,7 @@ def agree(ours: FloatArray, theirs: FloatArray) -> bool:
     return bool(np.all(np.abs(ours - theirs) <= 1e-7 * np.abs(theirs).max() + 1e-12))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(system=systems(damped=False), amplitude=st.floats(-50.0, 50.0))
 def test_step_response_agrees_with_control(system: TransferFunction, amplitude: float) -> None:
     response = StepResponse(system=system, amplitude=amplitude)
@@ -153,7 +154,7 @@ def test_step_response_agrees_with_control(system: TransferFunction, amplitude: 
     assert agree(response.integral(GRID_S), amplitude * by_control(system, 1))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(system=systems(damped=False), samples=st.integers(0, 200), order=st.integers(0, 2))
 def test_shaped_response_agrees_with_control(
     system: TransferFunction, samples: int, order: int
@@ -421,7 +422,7 @@ def test_a_search_through_millions_of_swings_is_refused() -> None:
 DENSE_S = np.concatenate([np.linspace(0.0, 30.0, 1501), np.geomspace(30.0, 3000.0, 501)])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(system=systems(), fraction=st.sampled_from([0.3, 0.05, 0.02, 1e-4]))
 def test_a_settled_response_stays_and_was_outside_before(
     system: TransferFunction, fraction: float
@@ -441,7 +442,7 @@ def test_a_settled_response_stays_and_was_outside_before(
         assert around[2] <= tolerance + slack
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(system=systems(damped=False), window_s=st.sampled_from([3.0, 20.0]))
 def test_no_sample_lies_beyond_the_extrema(system: TransferFunction, window_s: float) -> None:
     response = StepResponse(system=system, amplitude=-2.0)
@@ -456,7 +457,7 @@ def test_no_sample_lies_beyond_the_extrema(system: TransferFunction, window_s: f
         assert float(response.value(point.time_s)) == point.value
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(system=systems())
 def test_no_sample_is_steeper_than_the_peak_slope(system: TransferFunction) -> None:
     response = StepResponse(system=system, amplitude=-2.0)
@@ -465,7 +466,7 @@ def test_no_sample_is_steeper_than_the_peak_slope(system: TransferFunction) -> N
     assert float(response.slope(steepest.time_s)) == steepest.value
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(system=systems(), fraction=st.floats(0.01, 0.99))
 def test_no_sample_reaches_a_level_before_its_first_crossing(
     system: TransferFunction, fraction: float

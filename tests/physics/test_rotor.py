@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.physics import atmosphere, battery, rotor, wind
 from planner.physics.rotor import (
@@ -92,7 +93,7 @@ def test_the_solution_is_good_to_ten_digits_everywhere() -> None:
     edgewise=st.floats(min_value=0.0, max_value=20.0),
     axial=st.floats(min_value=FASTEST_DESCENT_RATIO, max_value=10.0),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_the_solution_is_the_only_positive_root(edgewise: float, axial: float) -> None:
     # Squared, u² (x² + (z + u)²) = 1 is a polynomial of the fourth degree.
     roots = np.roots([1.0, 2.0 * axial, edgewise**2 + axial**2, 0.0, -1.0])
@@ -198,7 +199,7 @@ def test_no_vortex_ring_forms_in_climbs_or_fast_flight() -> None:
     climb=st.floats(min_value=-1.5, max_value=8.0),
     more_kg=st.floats(min_value=0.0, max_value=3.0),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_more_mass_never_takes_less_power(airspeed: float, climb: float, more_kg: float) -> None:
     light, heavy = (
         power_w(

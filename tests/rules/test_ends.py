@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLENTY, PX4, STEP, found, vehicle_of
+from thinning import examples
 
 from planner.findings import Severity
 from planner.selection import Selection
@@ -42,7 +43,7 @@ def codes_of_errors(items: list[MissionItem], autopilot: Autopilot) -> set[str]:
 
 
 @pytest.mark.parametrize("autopilot", [STEP, PX4, ARDUPILOT])
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=examples(12))
 @given(items=FLYING)
 def test_a_mission_that_nothing_lands_is_never_go_and_a_return_at_its_end_mends_that(
     autopilot: Autopilot, items: list[MissionItem]

@@ -12,6 +12,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission
 from pyproj import Geod, Transformer
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon
@@ -74,7 +75,7 @@ def straight_for_ardupilot_deg(
     st.floats(5.0, 2_000.0),
     st.booleans(),
 )
-@settings(max_examples=20, deadline=None, phases=[Phase.generate])
+@settings(max_examples=examples(20), deadline=None, phases=[Phase.generate])
 def test_clearances_of_flown_legs_agree_with_geodesics(
     autopilot: Autopilot,
     latitude: float,

@@ -10,6 +10,7 @@ from fenced_missions import at, findings_of, rally
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, rtl, takeoff
+from thinning import examples
 
 from planner.autopilot import Autopilot
 
@@ -127,7 +128,7 @@ def test_px4_returns_to_a_rally_point_beyond_its_circle() -> None:
     assert "F103" in found
 
 
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(
     homes_m=st.lists(st.integers(-500, 500).map(float), min_size=1, max_size=3),
     places_m=st.lists(st.integers(-900, 900).map(float), min_size=4, max_size=4),

@@ -12,6 +12,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from made_missions import HOME, mission, rtl, takeoff
 from pyproj import Transformer
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -106,7 +107,7 @@ def fence_errors(result: CheckResult) -> set[str]:
 
 
 @pytest.mark.parametrize("autopilot", list(Autopilot))
-@settings(max_examples=12, deadline=None, phases=(Phase.generate,))
+@settings(max_examples=examples(12), deadline=None, phases=(Phase.generate,))
 @given(one=missions())
 def test_a_path_or_a_return_out_of_the_fence_is_never_a_go(
     autopilot: Autopilot, one: Mission

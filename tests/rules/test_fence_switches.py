@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, rtl, takeoff, waypoint
 from rule_cases.case import found
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -282,7 +283,7 @@ def test_a_fence_switched_on_that_nothing_is_known_of_is_not_checked(
     assert ("X904" in codes) is not is_known
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 @given(
     legs=st.lists(
         st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0)), min_size=2, max_size=6
@@ -304,7 +305,7 @@ def test_a_flight_is_judged_as_far_as_its_fence_is_on(
     assert ("F101" in told) is any(leaves[:off_at])
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     enable=st.integers(0, 1),
     auto=st.integers(0, 3),

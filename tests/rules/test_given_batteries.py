@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import HOME, mission, rtl, takeoff, waypoint
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Finding, Severity
@@ -31,7 +32,7 @@ ARTICLE = load_vehicle("falkowski-2023-quadrotor")
 OWN = QUAD.battery
 PLAIN = mission(takeoff(30), waypoint(1000, 30), rtl())
 BOTH = (Autopilot.ARDUPILOT, Autopilot.PX4)
-FEW = settings(max_examples=8, deadline=None)
+FEW = settings(max_examples=examples(8), deadline=None)
 
 
 @st.composite

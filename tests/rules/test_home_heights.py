@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from made_terrain import CELL_M, ROWS, SOUTH_M, ground, of_heights
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -244,7 +245,7 @@ def test_a_moved_home_off_the_ground_is_told(height_m: float, *, told: bool) -> 
     assert [finding.item for finding in found] == [3] * told
 
 
-@settings(max_examples=8)
+@settings(max_examples=examples(8))
 @given(
     home_m=st.integers(-300, 3000).filter(bool).map(float),
     height_m=st.integers(12, 60).map(float),

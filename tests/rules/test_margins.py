@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.physics.wind import Wind
 from planner.service.preflight import check
@@ -65,7 +66,7 @@ def test_a_worn_battery_leaves_less_of_every_margin() -> None:
     assert all_fall(worn)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(scale=st.floats(1.5, 100.0))
 def test_capacity_changes_shares_and_no_energy(scale: float) -> None:
     small = check(FLOWN, SURVEY_QUAD, battery=BATTERY)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -47,7 +48,7 @@ ROUNDING_WH = 1e-6
 """Energies are sums of thousands of parts."""
 
 flights = st.sampled_from(FLOWN)
-many = settings(max_examples=12, deadline=None)
+many = settings(max_examples=examples(12), deadline=None)
 
 
 @st.composite

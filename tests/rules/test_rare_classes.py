@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PX4, STEP, found
+from thinning import examples
 
 from planner.geo.fence import Fence, FencePolygon
 from planner.values import replace
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot
     from planner.mission.items import Mission
 
-FEW = settings(max_examples=6, deadline=None)
+FEW = settings(max_examples=examples(6), deadline=None)
 metres = st.floats(-200.0, 200.0)
 heights = st.floats(10.0, 60.0)
 flown_by = st.sampled_from((ARDUPILOT, STEP))

@@ -27,6 +27,7 @@ from made_missions import (
     waypoint,
 )
 from made_terrain import CELL_M, COLUMNS, ROWS, cut, ground, hill, of_heights, pole, slope
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -99,7 +100,7 @@ def test_a_ridge_between_two_waypoints_is_found(
         assert "below the ground" in found[0].message
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=examples(4), deadline=None)
 @given(east_m=st.floats(-6.0, 6.0), north_m=st.floats(30.0, 270.0))
 def test_ground_as_near_as_the_position_may_be_wrong_is_under_the_path(
     east_m: float, north_m: float
@@ -354,7 +355,7 @@ def with_cell(east: int, north: int, height_m: float) -> TerrainGrid:
 
 
 @pytest.mark.parametrize("autopilot", list(OF))
-@settings(max_examples=6, deadline=None, phases=(Phase.generate,))
+@settings(max_examples=examples(6), deadline=None, phases=(Phase.generate,))
 @given(east=st.integers(3, 13), north=st.integers(4, 95))
 def test_a_peak_of_one_cell_between_two_places_to_return_from_is_found(
     autopilot: Autopilot, east: int, north: int
@@ -628,7 +629,7 @@ def rugged(seed: int) -> TerrainGrid:
     return of_heights(heights, ground(0.0).tiles[0])
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     seed=st.integers(0, 10_000),
     autopilot=st.sampled_from(list(OF)),
@@ -672,7 +673,7 @@ def test_no_sample_of_a_flight_is_lower_than_the_least_height_over_any_ground(
     assert (float(over_m.min()) < 4.5) <= bool(of("A102", list(result.findings)))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     seed=st.integers(0, 10_000), ends=st.tuples(*(st.floats(-180, 180), st.floats(-200, 900)) * 2)
 )

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, speed, takeoff, waypoint
+from thinning import examples
 
 from planner.findings import Severity
 from planner.flight.uncounted import _measured_w, situation_ratios
@@ -165,7 +166,7 @@ def test_an_older_battery_that_is_not_counted_costs_margin(
     assert (found, says in message) == (severity, True)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     wind_m_s=st.floats(0.0, 9.0),
     from_deg=st.floats(0.0, 360.0),
@@ -296,7 +297,7 @@ def test_neither_speed_nor_wind_is_checked_with_a_model_that_names_no_airspeed()
         assert len(found) == len(open_rules)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(
     wind_m_s=st.floats(0.0, 10.0),
     from_deg=st.floats(0.0, 360.0),

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, speed, takeoff, waypoint
 from px4_quad import PX4_QUAD
+from thinning import examples
 
 from planner.findings import Severity
 from planner.geo.fence import Fence
@@ -39,7 +40,7 @@ OWN_PARAMETERS = {
 CODES = st.sampled_from(
     ("E", "E1", "E101", "F", "F1", "A", "A1", "W", "W1", "X", "X9", "P", "T", "M")
 )
-few = settings(max_examples=12, deadline=None)
+few = settings(max_examples=examples(12), deadline=None)
 
 
 @st.composite

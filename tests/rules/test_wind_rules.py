@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 from made_terrain import ground
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, found, vehicle_of
+from thinning import examples
 
 from planner.findings import Severity
 from planner.geo.fence import Fence
@@ -318,7 +319,7 @@ def missions(draw: st.DrawFn) -> Mission:
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     one=missions(),
     autopilot=st.sampled_from((ARDUPILOT, PX4)),
@@ -343,7 +344,7 @@ def test_no_flight_is_a_go_in_wind_it_cannot_hold_its_place_in(
     assert severities("W101", one, vehicle, autopilot, wind=wind) == [ERROR]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     one=missions(),
     autopilot=st.sampled_from((ARDUPILOT, PX4)),

@@ -13,6 +13,7 @@ from hypothesis import Phase, given, reject, settings
 from hypothesis import strategies as st
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from qgc_rules import refuse_plan
+from thinning import examples
 
 import planner
 from planner.autopilot import Autopilot
@@ -466,7 +467,9 @@ STACKS = {
 
 @pytest.mark.parametrize("stack", STACKS)
 @given(data=st.data(), ends=st.booleans(), written_for=st.booleans())
-@settings(max_examples=4, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(
+    max_examples=examples(4), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate]
+)
 def test_the_parts_of_any_mission_fly_all_of_it(
     stack: Autopilot, data: st.DataObject, *, ends: bool, written_for: bool
 ) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.autopilot import Autopilot, Target
 from planner.findings import Severity
@@ -163,7 +164,7 @@ def test_who_refuses_the_upload_is_nobody_to_name() -> None:
     assert one.message.endswith("(flown by ArduPilot)")
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(
     rows=st.lists(
         st.sampled_from(

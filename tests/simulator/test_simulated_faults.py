@@ -7,6 +7,7 @@ from hostile_frames import hostile_frames
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_vehicles import MemoryLine, memory_line, request, vehicle, wire
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
@@ -58,7 +59,7 @@ def test_the_same_seed_gives_the_same_faults_and_another_gives_others(faults: st
     ),
     st.integers(0, 2**32),
 )
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 def test_nothing_arrives_before_it_was_sent_or_more_than_twice(
     faults: DirectionFaults, seed: int
 ) -> None:
@@ -101,7 +102,7 @@ def test_reordering_lets_later_frames_overtake() -> None:
 
 
 @given(st.integers(0, 1000))
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=examples(10))
 def test_garbage_costs_at_most_the_frames_it_stands_before(seed: int) -> None:
     clean = _decoded(_heard(memory_line(PX4), 5.0))
     spoilt = _decoded(_heard(memory_line(PX4, f"garbage=0.3,seed={seed}"), 5.0))
@@ -183,7 +184,7 @@ def test_nothing_that_a_fetch_sends_would_do_anything() -> None:
 
 
 @given(st.binary(max_size=400))
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 def test_bytes_that_are_no_message_change_nothing(data: bytes) -> None:
     line = memory_line(PX4)
     line.send(data, None)
@@ -228,7 +229,7 @@ _HOSTILE = (
 
 @BOTH
 @given(frames=st.lists(hostile_frames(_HOSTILE, sender=(245, 190)), max_size=30))
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 def test_no_message_breaks_it(autopilot: Autopilot, frames: list[bytes]) -> None:
     made = vehicle(autopilot, authoriser=245)
     line = MemoryLine(make_simulated_wire(made, request(autopilot, authoriser=245)))

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.autopilot import Autopilot
 from planner.errors import ParameterFileError
@@ -163,7 +164,7 @@ def test_binary_and_huge_files_are_refused(tmp_path: Path) -> None:
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_random_bytes_are_refused_or_hold_a_parameter(data: bytes) -> None:
     found: object = None
     try:
@@ -182,7 +183,7 @@ def test_random_bytes_are_refused_or_hold_a_parameter(data: bytes) -> None:
     ),
     st.sampled_from(["{},{}", "{} {}", "1\t1\t{}\t{}\t9"]),
 )
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_what_is_written_is_read_again(values: dict[str, float], form: str) -> None:
     text = "\n".join(form.format(name, value) for name, value in values.items())
     assert {name: entry.value for name, entry in read(text).values.items()} == values

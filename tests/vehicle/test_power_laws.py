@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.vehicle.power import AltitudeLaw, DensityLaw, DiFrancoButtazzoLaw, LiuLaw
 
@@ -53,7 +54,7 @@ def test_mass_and_density_broadcast() -> None:
 
 
 @given(light_kg=st.floats(0.1, 50.0), heavy_kg=st.floats(0.1, 50.0), exponent=st.floats(0.0, 3.0))
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 def test_more_mass_never_hovers_for_less(light_kg: float, heavy_kg: float, exponent: float) -> None:
     power_w = density_law(100.0, 2.0, 1.225, exponent).power_w(np.sort([light_kg, heavy_kg]), 1.0)
     assert power_w[0] <= power_w[1]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.errors import VehicleFileError
 from planner.flight.motion.kinematics import STATES
@@ -408,7 +409,7 @@ def test_no_bytes_end_in_a_traceback(data: bytes, says: str) -> None:
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_random_bytes_are_refused(data: bytes) -> None:
     assert problems_of(data)
 
@@ -417,7 +418,7 @@ def test_random_bytes_are_refused(data: bytes) -> None:
     position=st.integers(min_value=0, max_value=len(STEP_MODEL) - 1),
     replacement=st.sampled_from(["", "\n", '"', "[", "]", "=", "-", "9", "e", ".", "\x00", "é"]),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_a_damaged_file_is_read_or_refused(position: int, replacement: str) -> None:
     damaged = STEP_MODEL[:position] + replacement + STEP_MODEL[position + 1 :]
     problems: tuple[str, ...] = ()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thinning import examples
 
 from planner.errors import OutputError, UsageError
 from planner.values import replace
@@ -31,7 +32,7 @@ def test_every_shipped_model_is_read_back_as_it_was_written(name: str, tmp_path:
     assert path.read_text(encoding="utf-8").startswith("# One line.\n#\n# Another.\n\nschema = 1\n")
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     text=st.text(min_size=1, max_size=40).filter(str.strip),
     low=st.floats(0.0, 1e9),
@@ -94,7 +95,7 @@ def parts(part: type[Part]) -> st.SearchStrategy[Part | None]:
     return st.fixed_dictionaries(wanted, optional=free).map(made)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(data=st.data())
 def test_any_parts_that_fit_together_are_read_back_as_they_were_written(
     data: st.DataObject,
