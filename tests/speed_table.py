@@ -221,14 +221,15 @@ def step_through(result: CheckResult) -> float:
 def checks() -> Iterator[Row]:
     """Yield what checks take, and what is made of them."""
     article = load_vehicle(ARTICLE)
-    small = mission_of(10, 12)
-    yield against(
-        "check, 10 items",
-        partial(check, small, article),
-        "a loop in numpy at 50 Hz",
-        partial(step_through, check(small, article)),
-        goal="4 ms",
-    )
+    for name, autopilot in MODELS.items():
+        vehicle, small = load_vehicle(name), mission_of(10, autopilot)
+        yield against(
+            f"check, 10 items, {name}",
+            partial(check, small, vehicle),
+            "a loop in numpy at 50 Hz",
+            partial(step_through, check(small, vehicle)),
+            goal="4 ms",
+        )
     for count, every, goal in ((10, 1, "1 / 100"), (100, 1, "1 / 500"), (1_000, 10, "1 / 150")):
         mission, sampled = mission_of(count, 12), SampledVehicle()
         moves = [
