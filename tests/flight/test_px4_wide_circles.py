@@ -333,6 +333,58 @@ def test_all_behind_a_wide_circle_begins_where_the_vehicle_is(
     assert off_m.min() < 2.0
 
 
+def by_tangent(place_m: Place, radius_m: float) -> Stage:
+    return replace(circle(place_m, radius_m), leaves_on_tangent=True)
+
+
+# Flown by a build of PX4 (1.17), armed looking north or south: disarmed after, and where it passed.
+LEFT_BY_TANGENT = [
+    # It turns half round first, and flies on to the centre meanwhile.
+    (math.pi, [by_tangent((0, 58, 20), 80.0), go(0, -60)], 102.0, (23.1, 4.0)),
+    (0.0, [go(0, 60), go(0, 3), by_tangent((0, 60, 20), 80.0), go(0, -60)], 132.0, (20.1, 10.1)),
+    (0.0, [go(0, 60), go(0, 3), by_tangent((0, 60, 20), 80.0), go(-60, -60)], 141.0, (13.3, 2.8)),
+    # It turns into the line without slowing down.
+    (0.0, [go(0, -100), by_tangent((0, 60, 20), 80.0), go(60, -60)], 138.0, (65.6, -27.0)),
+    (0.0, [go(0, -100), by_tangent((0, 0, 20), 20.0), go(60, -60)], 140.4, (27.2, -1.7)),
+    (0.0, [go(0, -120), by_tangent((0, 10, 20), 40.0), go(90, 10)], 152.0, (38.6, 39.2)),
+    # Looking there already it is past the circle at once.
+    (0.0, [by_tangent((0, 58, 20), 80.0), go(0, -60)], 83.0, (-0.2, -51.6)),
+]
+
+
+@pytest.mark.parametrize(("heading_rad", "stages", "flown_s", "passed_m"), LEFT_BY_TANGENT)
+def test_a_circle_is_left_by_a_line_from_its_tangent_from_where_the_vehicle_is(
+    heading_rad: float, stages: list[Stage], flown_s: float, passed_m: tuple[float, float]
+) -> None:
+    motion = fly_px4((takeoff(0, 0), *stages, _BACK), PX4, heading_rad=heading_rad)
+    lasts_s = float(motion.segments.end_s[-1])
+    assert lasts_s == pytest.approx(flown_s, rel=0.03)
+    state = motion.state_at_time(np.linspace(0.0, lasts_s, 4000))
+    assert np.hypot(state.east_m - passed_m[0], state.north_m - passed_m[1]).min() < 2.0
+
+
+# As above: disarmed after.  Reached 2 or 3 m from home, it is beyond RTL_MIN_DIST once it has turned.
+RETURNED = [
+    (math.pi, [circle((0, 58, 20), 80.0)], 30.0, 67.0),
+    (math.pi, [circle((0, 58, 20), 80.0)], 60.0, 97.0),
+    (0.0, [go(0, 60), go(0, 3), circle((0, 60, 20), 80.0)], 60.0, 125.0),
+    (0.0, [go(0, 60), go(0, 3), circle((0, 60, 20), 80.0)], 30.0, 96.1),
+    # A wait is over where it has flown on for as long.
+    (0.0, [go(0, 60), go(0, 3), circle((0, 60, 20), 80.0), delay(5.0)], 60.0, 136.0),
+]
+
+
+@pytest.mark.parametrize(("heading_rad", "stages", "return_m", "flown_s"), RETURNED)
+def test_a_return_from_a_circle_climbs_from_where_the_vehicle_is_once_it_has_turned(
+    heading_rad: float, stages: list[Stage], return_m: float, flown_s: float
+) -> None:
+    parameters = replace(PX4, return_altitude_m=return_m)
+    motion = fly_px4((takeoff(0, 0), *stages, _BACK), parameters, heading_rad=heading_rad)
+    assert motion.segments.end_s[-1] == pytest.approx(flown_s, rel=0.03)
+    state = motion.state_at_time(np.linspace(0.0, motion.segments.end_s[-1], 4000))
+    assert state.height_m.max() == pytest.approx(return_m, abs=0.1)
+
+
 def test_two_ways_far_apart_are_told_of() -> None:
     # Flown straight, 14 m from the way by the line, which is 3.4 s longer.
     parameters = replace(PX4, yaw_mode=4, cruise_speed_m_s=3.0, acceptance_radius_m=10.0)

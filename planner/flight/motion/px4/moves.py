@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient, rows_of
-from planner.flight.motion.px4.braking import allowed_speed_m_s, braking_distance_m, half_b_m_s
+from planner.flight.motion.px4.braking import (
+    allowed_speed_m_s,
+    braking_distance_m,
+    half_b_m_s,
+    yaw_time_s,
+)
 from planner.flight.motion.px4.laws import braked_speed_m_s
 from planner.flight.motion.px4.lift_off import RECORDED_DRAG_PER_S, lift_off, relaunch_s
 from planner.mission.route.stage import RETURN_STAGES, StageKind
@@ -210,10 +215,12 @@ class Move(NamedTuple):
     """Changes its height within the radius of a LOITER_TO_ALT."""
     looks_m: tuple[float, float] = _NOWHERE_M
     """East and north from the target, where the region of interest is; NaN: there is none. [m]"""
+    line_from_m: tuple[float, float] = _NOWHERE_M
+    """East and north of where its line begins; NaN: at the target of the move before. [m]"""
 
 
 _AT_HOME_M = 1e-9
-_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *8 * (np.bool_,), np.float64)
+_COLUMN_TYPES = (*2 * (np.intp,), *7 * (np.float64,), *8 * (np.bool_,), *2 * (np.float64,))
 
 
 class Moves(Columns, eq=False):
@@ -241,6 +248,8 @@ class Moves(Columns, eq=False):
     circles: BoolArray
     looks_m: FloatArray
     """(n, 2) [m]"""
+    line_from_m: FloatArray
+    """(n, 2) [m]"""
     is_first: BoolArray
     """Begins a flight of its own."""
     start_m: FloatArray
@@ -258,8 +267,10 @@ class Moves(Columns, eq=False):
         return np.isfinite(self.looks_m[:, 0]) & ~self.is_landing & ~self.is_takeoff
 
     def beginnings_m(self) -> FloatArray:
-        """Return where each is meant to begin: at the target of the one before. (n, 3) [m]"""
+        """Return where each is meant to begin: at the target of the one before, mostly. (n, 3) [m]"""
         before = np.vstack((self.start_m[:1], self.target_m[:-1]))
+        elsewhere = np.isfinite(self.line_from_m)
+        before[:, :2][elsewhere] = self.line_from_m[elsewhere]
         return np.where(self.is_first[:, None], self.start_m, before)
 
     @classmethod
@@ -339,6 +350,7 @@ def return_moves(
         needs_heading=false,
         circles=false,
         looks_m=np.full((len(flight), 2), np.nan),
+        line_from_m=np.full((len(flight), 2), np.nan),
         is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
         start_yaw_rad=np.full(len(flight), np.nan),
@@ -362,7 +374,7 @@ def _moves_along(
         if path is None:
             rows += navigator.straight_home(k, k, home_m[k], rally_m[k])
         else:
-            rows += navigator.home_along(k, k, path, begins_m=places_m[k].tolist())
+            rows += navigator.home_along(k, k, path, begins_m=[places_m[k].tolist()])
     moves = Moves.of(rows, parameters)
     is_first = np.diff(moves.stage, prepend=-1) > 0
     return replace(moves, is_first=is_first, start_m=places_m[moves.stage])
@@ -386,10 +398,14 @@ class _Navigator:
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
         self._circle: tuple[float, float, float] | None = None
         """Centre and radius, negative for counter-clockwise, of what is left by a tangent. [m]"""
+        self._line_from_m = _NOWHERE_M
+        """Where the line of the next move begins, if not at the place before. [m]"""
         self._here_m: tuple[float, float, float] | None = None
         """Where the vehicle is whose place counted as reached from afar; None: near that. [m]"""
         self._circling: Move | None = None
         """The LOITER_TO_ALT that it is still flying to then."""
+        self._turns_s = 0.0
+        """For how long at most it does so while it turns to that."""
         self._flown_to: tuple[tuple[float, float, float], Move] | None = None
         """Where the move to the waypoint just flown to began, and it."""
 
@@ -397,7 +413,7 @@ class _Navigator:
         """Yield the moves of one stage."""
         flown_to, self._flown_to = self._flown_to, None
         if stage.kind is not StageKind.DELAY:
-            yield from self._leave_circle(index, stage)
+            self._leave_circle(stage)
         match stage.kind:
             case StageKind.GO | StageKind.SPLINE | StageKind.CIRCLE | StageKind.SET_DOWN:
                 begin = self._place_m
@@ -427,22 +443,29 @@ class _Navigator:
     def _return(
         self, index: int, stage: Stage, passed_m: tuple[float, float, float]
     ) -> Iterator[Move]:
-        """Yield the moves of a return, begun where the place before it counts as reached."""
+        """Yield the moves of a return, begun where the place before it counts as reached.
+
+        Or where the vehicle is once it has turned there: to the centre of a LOITER_TO_ALT reached from afar
+        it flies on meanwhile, for half a turn at most.  The higher return of both is flown, and the longer.
+        """
         near_m = min(self.parameters.acceptance_radius_m, RETURN_PLACE_ERROR_M)
         is_afar = math.dist(passed_m[:2], self._place_m[:2]) > near_m + _WITHIN_M
         is_afar |= abs(passed_m[2] - self.height_m) > _NEAR_HEIGHT_M + _WITHIN_M
+        turned_m = passed_m if self._circling is None else self._flown_on_m(self._turns_s)
         if stage.return_path is not None:
             begins = passed_m if is_afar else self._place_m
             if self._here_m is not None:
                 self.east_m, self.north_m, self.height_m = self._here_m
-            yield from self.home_along(index, stage.item, stage.return_path, begins_m=begins)
+            path = stage.return_path
+            yield from self.home_along(index, stage.item, path, begins_m=(begins, turned_m))
             return
-        if is_afar:
-            self._here_m = passed_m
-            self.east_m, self.north_m, self.height_m = passed_m
         home = np.array((stage.east_m, stage.north_m, stage.height_m))
-        distance = np.array([math.dist(passed_m[:2], home[:2]) - _WITHIN_M])
-        [lowest_m] = return_heights_m(distance, np.zeros(1), self.parameters)
+        distance = horizontal(home - np.array((passed_m, turned_m)))
+        if is_afar:
+            self._here_m = farther_m = passed_m if distance[0] >= distance[1] else turned_m
+            self.east_m, self.north_m, self.height_m = farther_m
+        every_m = return_heights_m(distance - _WITHIN_M, np.zeros(2), self.parameters)
+        lowest_m = float(every_m.max())
         yield from self.straight_home(
             index, stage.item, home, stage.above_ground_m, lowest_m=lowest_m
         )
@@ -478,9 +501,14 @@ class _Navigator:
         self.is_airborne = False
 
     def home_along(
-        self, index: int, item: int, path: ReturnPath, *, begins_m: tuple[float, float, float]
+        self,
+        index: int,
+        item: int,
+        path: ReturnPath,
+        *,
+        begins_m: Sequence[tuple[float, float, float]],
     ) -> Iterator[Move]:
-        """Yield the moves of a return along items of the mission, begun at or before the last place.
+        """Yield the moves of a return along items of the mission, begun at the last place or others near.
 
         Notes
         -----
@@ -493,7 +521,7 @@ class _Navigator:
         is_seen = False
         height_m = max(
             return_path_height_m(np.array(place), path, self._return_parameters)
-            for place in (self._place_m, (*begins_m[:2], self.height_m))
+            for place in (self._place_m, *((*one[:2], self.height_m) for one in begins_m))
         )
         if height_m > self.height_m:
             self.height_m = height_m
@@ -555,7 +583,7 @@ class _Navigator:
             off_e, off_n = (east - stage.east_m) * left / way, (north - stage.north_m) * left / way
             self._here_m = stage.east_m + off_e, stage.north_m + off_n, stage.height_m
             self._circling = changing
-
+            self._turns_s = float(yaw_time_s(np.array(math.pi), self.parameters))
         if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, changing.speed_m_s):
             left = math.copysign(radius, stage.radius_m)
             self._circle = (stage.east_m, stage.north_m, left)
@@ -575,8 +603,8 @@ class _Navigator:
         last_m_s = float(allowed_speed_m_s(band, 0.0, vertical, j))
         return last_m_s * left_m / abs(rise_m) > SLOWEST_TURN_M_S
 
-    def _leave_circle(self, index: int, stage: Stage) -> Iterator[Move]:
-        """Yield the flight to the leg to a stage's place, where that leg is the tangent of a circle.
+    def _leave_circle(self, stage: Stage) -> None:
+        """Begin the line of the next leg where it is the tangent of a circle.
 
         Notes
         -----
@@ -584,7 +612,7 @@ class _Navigator:
         (``MissionBlock::is_mission_item_reached``, ``loiter_exit_xtrack``).  The vehicle, beside that
         leg, flies straight at that leg until near enough to turn into it
         (``PositionSmoothing::_getL1Point``): with 20 m, and 60 m to the next place, a build flew 74 m in 5 s
-        more.  It does not slow down before the turn, as is assumed here: 0.6 s.
+        more.
         """
         circle, self._circle = self._circle, None
         if circle is None or stage.kind in RETURN_STAGES:
@@ -597,14 +625,7 @@ class _Navigator:
         turn = math.copysign(math.acos(abs(radius) / distance), radius)
         course = math.atan2(away_e, away_n) - turn
         out_e, out_n = math.sin(course), math.cos(course)
-        # What is left is a line across that, so far from the centre: its nearest point.
-        (here_e, here_n, _), self._here_m = self._vehicle_m, None
-        off = abs(radius) - (here_e - east) * out_e - (here_n - north) * out_n
-        self.east_m, self.north_m = here_e + off * out_e, here_n + off * out_n
-        move = self._go(index, stage, hold_s=0.0)
-        near = max(move.radius_m, SHORTEST_L1_M)
-        if abs(off) > near:
-            yield move._replace(radius_m=near, reach_m=near, yaw_rad=math.nan, goes_on=True)
+        self._line_from_m = east + abs(radius) * out_e, north + abs(radius) * out_n
 
     def _passed_m(
         self, flown_to: tuple[tuple[float, float, float], Move] | None
@@ -640,12 +661,8 @@ class _Navigator:
         if self._here_m is None or self._circling is None:
             return wait
         before = self._circling
-        east, north, height = self._here_m
-        left = math.dist(self._here_m[:2], self._place_m[:2])
-        part = min(before.speed_m_s * stage.hold_s / left, 1.0) if left > 0.0 else 1.0
-        east += part * (self.east_m - east)
-        north += part * (self.north_m - north)
-        self._here_m = east, north, height
+        self._here_m = self._flown_on_m(stage.hold_s)
+        self._turns_s = max(self._turns_s - stage.hold_s, 0.0)
         return wait._replace(
             speed_m_s=before.speed_m_s,
             radius_m=before.radius_m,
@@ -654,8 +671,17 @@ class _Navigator:
             circles=True,
         )
 
+    def _flown_on_m(self, time_s: float) -> tuple[float, float, float]:
+        """Return where the vehicle is that flew on to the centre of a LOITER_TO_ALT for so long. [m]"""
+        if self._circling is None:
+            return self._vehicle_m
+        east, north, height = self._vehicle_m
+        left = math.dist((east, north), self._place_m[:2])
+        part = min(self._circling.speed_m_s * time_s / left, 1.0) if left > 0.0 else 1.0
+        return east + part * (self.east_m - east), north + part * (self.north_m - north), height
+
     def _place_at(self, stage: Stage) -> None:
-        self._here_m = None
+        self._here_m = self._circling = None
         self.east_m, self.north_m, self.height_m = stage.east_m, stage.north_m, stage.height_m
 
     def _go(
@@ -706,6 +732,7 @@ class _Navigator:
     ) -> Move:
         """Return a move to where the vehicle is now meant to be; speed and radius by default its own."""
         radius = self.parameters.acceptance_radius_m if radius_m is None else radius_m
+        line_from_m, self._line_from_m = self._line_from_m, _NOWHERE_M
         return Move(
             stage=index,
             item=item,
@@ -718,5 +745,6 @@ class _Navigator:
             yaw_rad=yaw_rad,
             is_stop=is_stop,
             looks_m=_NOWHERE_M,
+            line_from_m=line_from_m,
             **flags,
         )
