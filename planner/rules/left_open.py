@@ -425,7 +425,7 @@ def _flies_on_turning(a: Assessment, parameters: Px4Parameters) -> Iterator[Find
                 ITEM_NOT_MODELLED,
                 f"{reached}, and PX4 flies on to its place while it turns to its heading, for a time that is "
                 "not known (T119)",
-                severity=Severity.ERROR if _is_limited(a) else Severity.WARNING,
+                severity=Severity.ERROR if _is_limited_sideways(a) else Severity.WARNING,
                 item=item,
                 fix="give --heading, or LOITER_TO_ALT a radius (parameter 2) of 5 m or less",
             )
@@ -444,7 +444,7 @@ def _left_turning_first(a: Assessment, parameters: Px4Parameters) -> Iterator[Fi
             ITEM_NOT_MODELLED,
             f"{reached}, and MPC_YAW_MODE 4 turns to the next heading first: where PX4 flies from there is "
             "certain to some 15 m only",
-            severity=Severity.ERROR if _is_limited(a) else Severity.WARNING,
+            severity=Severity.ERROR if _is_limited_sideways(a) else Severity.WARNING,
             item=item,
             fix="give LOITER_TO_ALT a radius (parameter 2) of 5 m or less, or set MPC_YAW_MODE 0",
         )
@@ -469,7 +469,7 @@ def _either_way(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
         for one in a.flight.motion.findings
         if one.code == WEAVES.code and one.severity is Severity.WARNING
     }
-    if not _is_limited(a):
+    if not _is_limited_sideways(a):
         return
     for item in sorted(filter(None, open_items)):
         yield a.finding(
@@ -479,6 +479,15 @@ def _either_way(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
             item=item,
             fix="as T125 says",
         )
+
+
+def _is_limited_sideways(a: Assessment) -> bool:
+    """Return whether it matters where on the map a flight is: a ceiling alone is the same everywhere."""
+    limits = FENCE.of(a)
+    is_ceiling = limits is not None and limits.distance_m is None and not a.mission.fence
+    if is_ceiling and a.route.fence_switched_on is None:
+        return any(one is not None for one in (TERRAIN.of(a), PROFILE.of(a)))
+    return _is_limited(a)
 
 
 def _is_limited(a: Assessment) -> bool:

@@ -321,6 +321,7 @@ def test_px4_that_waits_behind_a_loiter_left_on_its_tangent_flies_on_there(
     [
         (80.0, None, "", [Severity.WARNING]),
         (80.0, None, "GF_MAX_HOR_DIST,500\nGF_ACTION,3\n", [Severity.ERROR]),
+        (80.0, None, "GF_MAX_VER_DIST,120\nGF_ACTION,3\n", [Severity.WARNING]),
         (80.0, 0.0, "", []),
         (5.0, None, "", []),
     ],
