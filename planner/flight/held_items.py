@@ -454,7 +454,7 @@ def _are_near(route: Route, firings: Mapping[int, Firing], before: Mapping[int, 
         return False
     ends = {one.visit: (route.stages[one.last_stage], one.first_stage) for one in route.held}
     for visit, (fraction, early_s) in firings.items():
-        if abs(early_s - before[visit].early_s) > _AS_EARLY_S:
+        if abs(early_s - before[visit].early_s) > _SAME_S:
             return False
         end, first = ends[visit]
         start = route.stages[first - 1] if first else replace(end, east_m=0.0, north_m=0.0)

@@ -370,4 +370,10 @@ def _highest_return_m(a: Assessment, is_on: BoolArray) -> float:
         top_m = np.maximum(corners_m[:, 2, 2], tops_over_terrain_m(a, own, homeward))
         top_m -= places.home_datum_m[places.home_of(own.stage)]
         heights_m.append(top_m[is_on[own.stage]])
+    # Those of the mission as they are flown: PX4 may begin one farther off than its stage.
+    stage = returns.segment_stage[a.path.segment]
+    flown_m = np.maximum(a.path.height_m[:-1], a.path.height_m[1:])
+    flown_m = flown_m - places.home_datum_m[places.home_of(stage)]
+    is_return = np.isin(stage, a.route.rows_of(StageKind.RETURN)) & is_on[stage]
+    heights_m.append(flown_m[is_return])
     return float(np.concatenate(heights_m).max(initial=0.0))

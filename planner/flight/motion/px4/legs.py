@@ -172,6 +172,8 @@ class PlannedLegs(Columns, eq=False):
     final_upright_m_s: FloatArray
     before_m_s: FloatArray
     """Horizontal speed at which the place before is to be passed. (n,) [m s⁻¹]"""
+    cruise_before_m_s: FloatArray
+    """Horizontal speed of the move before. (n,) [m s⁻¹]"""
     pause_s: FloatArray
     """Wait before the move begins, for the heading. (n,) [s]"""
     is_leg: BoolArray
@@ -245,6 +247,7 @@ def plan_legs(
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
         before_m_s=np.append(0.0, final_level[:-1]),
+        cruise_before_m_s=_of_those_before(moves.speed_m_s),
         pause_s=pause_s,
         is_leg=is_leg,
         is_wait=is_wait,

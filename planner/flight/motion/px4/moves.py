@@ -583,7 +583,9 @@ class _Navigator:
             off_e, off_n = (east - stage.east_m) * left / way, (north - stage.north_m) * left / way
             self._here_m = stage.east_m + off_e, stage.north_m + off_n, stage.height_m
             self._circling = changing
-            self._turns_s = float(yaw_time_s(np.array(math.pi), self.parameters))
+            # Flown to from outside it looks at the centre already.
+            half_s = float(yaw_time_s(np.array(math.pi), self.parameters))
+            self._turns_s = 0.0 if way > reach else half_s
         if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, changing.speed_m_s):
             left = math.copysign(radius, stage.radius_m)
             self._circle = (stage.east_m, stage.north_m, left)
@@ -626,6 +628,7 @@ class _Navigator:
         course = math.atan2(away_e, away_n) - turn
         out_e, out_n = math.sin(course), math.cos(course)
         self._line_from_m = east + abs(radius) * out_e, north + abs(radius) * out_n
+        (self.east_m, self.north_m), self._here_m = self._line_from_m, None
 
     def _passed_m(
         self, flown_to: tuple[tuple[float, float, float], Move] | None

@@ -400,7 +400,10 @@ def _swing(
     is_aligned = np.dot(begun.velocity_m_s[row, :2], before) >= ALIGNED_COS * own_m_s * left_m
     if own_m_s <= SLOWEST_TURN_M_S or is_aligned:
         # It flew to the place before until then, or did not move: its speed is that allowed there.
-        held_m_s = max(held_m_s, float(allowed_speed_m_s(left_m, 0.0, a, j)))
+        allowed_m_s = float(allowed_speed_m_s(left_m, 0.0, a, j))
+        if own_m_s > SLOWEST_TURN_M_S:
+            allowed_m_s = min(allowed_m_s, float(planned.cruise_before_m_s[row]))
+        held_m_s = max(held_m_s, allowed_m_s)
     return SteppedLeg(
         place_m=_vector(begun.place_m[row] - planned.target_m[row]),
         velocity_m_s=_vector(velocity),
