@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Remarks, Rule, Severity
+from planner.geo.geodesy import distance_m
 from planner.mission.commands import (
     AMSL_FRAMES,
     LANDINGS,
@@ -17,12 +18,13 @@ from planner.mission.commands import (
 from planner.mission.route.position import AMSL_SUSPECT, ground_amsl_m
 from planner.mission.route.route import GRID_ERROR_M
 from planner.rules.declaration import judges
+from planner.rules.left_open import IN_SIGHT_M
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
-    from planner.mission.items import MissionItem
+    from planner.mission.items import Home, MissionItem
     from planner.rules.assessment import Assessment
 
 _SEA = "sea level"
@@ -130,7 +132,8 @@ HOME_MISMATCH = Rule(
     "judged from the ground of the grid there, for the vehicle measures home where it arms; an error from "
     "16 m on, the accuracy SRTM is specified to, where altitudes of the mission count from the sea: one of "
     "the two is wrong, and with it every one of them.  --home-amsl, and homes of DO_SET_HOME with an "
-    "altitude, more than 16 m from the grid are told.",
+    "altitude, more than 16 m from the grid are told.  A mission that is sent to a vehicle is asked of the "
+    "home that reports, too, which is flown from then, and whether it is within 500 m of the planned one.",
     fix="set the planned home to the place of take-off, and check the heights again",
     instead="--home-amsl, or a planned home where the ground is",
 )
@@ -176,6 +179,23 @@ def _home_mismatch(a: Assessment) -> Iterator[Finding]:
                 item=one.item,
                 fix="give the item the altitude of the ground",
             )
+
+
+def planned_elsewhere(planned: Home | None, flown_from: Home) -> Iterator[Finding]:
+    """Yield a finding where a mission was planned from another home than its vehicle has."""
+    if planned is None:
+        return
+    planned_m, own_m = planned.altitude_amsl_m or None, flown_from.altitude_amsl_m
+    if planned_m is not None and own_m is not None and abs(own_m - planned_m) > _GIVEN_APART_M:
+        message = f"home planned at {_apart(planned_m, own_m, 'as the vehicle reports it')}"
+        yield HOME_MISMATCH.finding(message)
+    here_deg = flown_from.latitude_deg, flown_from.longitude_deg
+    beside_m = float(distance_m(planned.latitude_deg, planned.longitude_deg, *here_deg))
+    if beside_m > IN_SIGHT_M:
+        message = f"home planned {quantity.distance(beside_m)} from that of the vehicle"
+        yield HOME_MISMATCH.finding(
+            message, fix="plan from where the vehicle stands, or carry it there"
+        )
 
 
 def _apart(planned_m: float, real_m: float, by: str) -> str:

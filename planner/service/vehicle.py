@@ -19,6 +19,7 @@ from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
 from planner.quantity import mean_of
+from planner.rules.altitude import planned_elsewhere
 from planner.rules.battery import BATTERY_VOLTAGE_DIFFERS
 from planner.service.preflight import CheckResult, check_read
 from planner.values import Value, replace
@@ -190,7 +191,8 @@ def check_vehicle(
     findings += check_terrain(own, snapshot)
     judged = replace(own, findings=(*own.findings, *findings))
     if mission is not None and setup.home_amsl_m is None and home is not None:
-        judged = replace(judged, home=home)
+        elsewhere = planned_elsewhere(mission.home, home)
+        judged = replace(judged, home=home, findings=(*judged.findings, *elsewhere))
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, setup, file=file)
 

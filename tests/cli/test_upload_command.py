@@ -68,6 +68,30 @@ def test_a_go_is_on_the_vehicle_and_the_same_as_the_file(
 
 
 @pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [
+        ((500_000_000, 200_000_000, 200_000), False),
+        ((500_000_000, 200_000_000, 203_500), True),  # planned at 200 m
+        ((500_044_000, 200_000_000, 200_000), False),  # 489 m north
+        ((500_046_000, 200_000_000, 200_000), True),  # 511 m
+    ],
+)
+def test_a_mission_planned_from_another_home_is_told_before_it_is_sent(
+    on_line: list[VirtualLine],
+    place: tuple[int, int, int],
+    told: bool,  # noqa: FBT001 - a table of cases
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    vehicle = _vehicle(ARDUPILOT)
+    vehicle.home = vehicle.place = place
+    on_line.append(VirtualLine(vehicle))
+    main(list(SENT))
+    said = capsys.readouterr()
+    assert ("A115 home-mismatch [warning]" in said.out + said.err) is told
+
+
+@pytest.mark.usefixtures("mission")
 def test_a_no_go_is_not_sent(
     on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -333,6 +333,10 @@ def test_all_behind_a_wide_circle_begins_where_the_vehicle_is(
     assert off_m.min() < 2.0
 
 
+def _faster(one: Stage, speed_m_s: float) -> Stage:
+    return replace(one, speed_m_s=speed_m_s)
+
+
 def by_tangent(place_m: Place, radius_m: float) -> Stage:
     return replace(circle(place_m, radius_m), leaves_on_tangent=True)
 
@@ -347,6 +351,27 @@ LEFT_BY_TANGENT = [
     (0.0, [go(0, -100), by_tangent((0, 60, 20), 80.0), go(60, -60)], 138.0, (65.6, -27.0)),
     (0.0, [go(0, -100), by_tangent((0, 0, 20), 20.0), go(60, -60)], 140.4, (27.2, -1.7)),
     (0.0, [go(0, -120), by_tangent((0, 10, 20), 40.0), go(90, 10)], 152.0, (38.6, 39.2)),
+    # What is commanded behind it counts once it has turned.
+    (
+        0.0,
+        [go(0, 100), by_tangent((100, 100, 20), 50.0), _faster(go(180, 0), 8.0)],
+        168.0,
+        (149, 110),
+    ),
+    (
+        0.0,
+        [go(0, 150), by_tangent((150, 150, 20), 50.0), _faster(go(150, -50), 12.0)],
+        184.0,
+        (187, 94),
+    ),
+    # Another behind it is flown to from the tangent, and a return begins where that counts as reached.
+    (
+        0.0,
+        [go(0, 100), by_tangent((100, 100, 20), 50.0), by_tangent((100, -20, 20), 50.0)],
+        145.0,
+        (86, 18),
+    ),
+    (0.0, [go(0, 100), by_tangent((100, 100, 20), 50.0)], 115.0, (41, 84)),
     # Looking there already it is past the circle at once.
     (0.0, [by_tangent((0, 58, 20), 80.0), go(0, -60)], 83.0, (-0.2, -51.6)),
 ]
@@ -369,6 +394,8 @@ RETURNED = [
     (math.pi, [circle((0, 58, 20), 80.0)], 60.0, 97.0),
     (0.0, [go(0, 60), go(0, 3), circle((0, 60, 20), 80.0)], 60.0, 125.0),
     (0.0, [go(0, 60), go(0, 3), circle((0, 60, 20), 80.0)], 30.0, 96.1),
+    # Flown into from outside it looks at the centre already, and turns nowhere.
+    (0.0, [go(0, 30), circle((0, 100, 20), 50.0)], 30.0, 80.0),
     # A wait is over where it has flown on for as long.
     (0.0, [go(0, 60), go(0, 3), circle((0, 60, 20), 80.0), delay(5.0)], 60.0, 136.0),
 ]

@@ -116,6 +116,17 @@ def test_a_return_above_the_ceiling_is_told() -> None:
         assert told == {}
 
 
+def test_a_return_from_a_loiter_that_is_flown_on_from_is_below_the_ceiling_from_there() -> None:
+    # Reached 47 m from home, a build of PX4 turned half round on the way to its centre, flew on to 82 m,
+    # and climbed to 76.1 m (RTL_CONE_ANG 45).
+    loiter = replace(at(0, 97, 20.0, command=31), param2=50.0)
+    items = (takeoff(20), at(0, 57, 20.0), at(0, 47, 20.0), loiter, rtl())
+    for ceiling_m, fires in ((71.0, True), (85.0, False)):
+        given = f"RTL_RETURN_ALT,100\nRTL_MIN_DIST,150\nGF_MAX_VER_DIST,{ceiling_m}\n"
+        found = findings_of(items, autopilot=Autopilot.PX4, parameters=given)
+        assert ("F110" in found) is fires
+
+
 @pytest.mark.parametrize(
     ("return_type", "height_m", "fires"),
     [
