@@ -441,8 +441,8 @@ def test_workers_that_are_killed_change_no_row(mission: Mission, setup: Setup) -
     kills = iter(range(2))
 
     def kill(_: SweepProgress) -> None:
-        if next(kills, None) is not None:
-            active_children()[-1].kill()
+        if (workers := active_children()) and next(kills, None) is not None:
+            workers[-1].kill()
 
     killed = sweep(mission, setup, vary=vary, engine=CoresEngine(2), on_progress=kill)
     assert next(kills, None) is None, "both were killed"
