@@ -59,7 +59,7 @@ RUN := $(BIN)/pytest -q -n 3 --dist worksteal
 unit: $(MADE)
 	$(RUN) --thinned
 
-whole: lint types layers ## the whole gate with every case of every test: twice as long
+whole: lint types layers ## the whole gate, with every case of every test
 	$(RUN)
 
 long: $(MADE) ## run every case, and measure anew which ones the gate leaves out

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Mapping, Sequence
 
 LONG = Path(__file__).with_name("long_tests.json")
-LONG_S = 1.0
+LONG_S = 0.6
 """Tests whose cases take longer in all are thinned to that. [s, of the processor]"""
 SHORT_S = 0.2
 """Unless each case takes less: every one may be another reason for a verdict. [s, of the processor]"""
