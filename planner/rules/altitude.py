@@ -183,8 +183,8 @@ def _home_mismatch(a: Assessment) -> Iterator[Finding]:
 
 def planned_elsewhere(planned: Home | None, flown_from: Home) -> Iterator[Finding]:
     """Yield a finding where a mission was planned from another home than its vehicle has."""
-    if planned is None:
-        return
+    if planned is None or planned.latitude_deg == planned.longitude_deg == 0.0:
+        return  # programs that do not know it write 0
     planned_m, own_m = planned.altitude_amsl_m or None, flown_from.altitude_amsl_m
     if planned_m is not None and own_m is not None and abs(own_m - planned_m) > _GIVEN_APART_M:
         message = f"home planned at {_apart(planned_m, own_m, 'as the vehicle reports it')}"
