@@ -372,6 +372,26 @@ LEFT_BY_TANGENT = [
         (86, 18),
     ),
     (0.0, [go(0, 100), by_tangent((100, 100, 20), 50.0)], 115.0, (41, 84)),
+    # Within its reach already it flies none of the line; else straight at it, or square to the line first.
+    (0.0, [go(0, 150), by_tangent((0, 50, 20), -50.0), circle((50, 0, 20), 120.0)], 123.0, (0, 95)),
+    (
+        0.0,
+        [go(0, 100), by_tangent((100, 100, 20), 50.0), circle((100, 0, 20), 120.0)],
+        115.0,
+        (48, 96),
+    ),
+    (
+        0.0,
+        [go(0, 100), by_tangent((100, 100, 20), 50.0), circle((180, 100, 20), 80.0)],
+        131.0,
+        (104, 100),
+    ),
+    (
+        0.0,
+        [go(0, 120), by_tangent((0, 60, 20), -50.0), circle((60, 0, 20), 80.0)],
+        112.0,
+        (-11.4, 36.2),
+    ),
     # Looking there already it is past the circle at once.
     (0.0, [by_tangent((0, 58, 20), 80.0), go(0, -60)], 83.0, (-0.2, -51.6)),
 ]

@@ -25,9 +25,9 @@ from planner.flight.motion.px4.braking import (
     turning_back,
     vertical_limits,
 )
-from planner.flight.motion.px4.moves import SLOWEST_TURN_M_S, directions
+from planner.flight.motion.px4.moves import ALIGNED_COS, SLOWEST_TURN_M_S, directions
 from planner.flight.motion.px4.straights import limits_along, make_rises
-from planner.flight.motion.px4.turns import ALIGNED_COS, PEAK_OVER_MEAN, Turns, corner_turns
+from planner.flight.motion.px4.turns import PEAK_OVER_MEAN, Turns, corner_turns
 from planner.values import Value
 
 if TYPE_CHECKING:

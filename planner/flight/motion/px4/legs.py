@@ -211,7 +211,7 @@ def plan_legs(
     ends = _flown_to_m(moves, direction, tail)
     reached, place = _reached_at_once(moves, begins, ends, stood_m)
     for _ in range(1 + _longest_run(moves.goes_on) if moves.goes_on.any() else 0):
-        before_m = np.where(reached[:, None], begins, ends)
+        before_m = np.where(reached[:, None], place, ends)
         begins = np.where(moves.goes_on[:, None], _of_those_before(before_m), begins)
         direction, tail = _aims(moves, begins)
         ends = _flown_to_m(moves, direction, tail)

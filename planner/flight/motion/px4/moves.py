@@ -167,6 +167,8 @@ SHORTEST_L1_M = 5.0
 """Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 SLOWEST_TURN_M_S = 0.2
 """Speed below which nothing is turned (``PositionSmoothing::_isTurning``). [m s⁻¹]"""
+ALIGNED_COS = 0.98
+"""Cosine of the angle to the target from which a turn counts as done (``PositionSmoothing::_isTurning``)."""
 _STILL_M_S = 1e-9
 """Speed that is none. [m s⁻¹]"""
 _SMALLEST_RADIUS_M = 0.001
@@ -380,6 +382,15 @@ def _moves_along(
     return replace(moves, is_first=is_first, start_m=places_m[moves.stage])
 
 
+def _unit(way: complex) -> complex:
+    return way / (abs(way) or 1.0)
+
+
+def _along(way: complex, other: complex) -> float:
+    """Return the part of a way along another."""
+    return (way * _unit(other).conjugate()).real
+
+
 class _Navigator:
     """Where the vehicle is meant to be while stages are taken apart."""
 
@@ -560,8 +571,7 @@ class _Navigator:
         ``MissionBlock::is_mission_item_reached``, NAV_CMD_LOITER_TO_ALT: within the loiter radius and
         NAV_ACC_RAD of the place the height changes, and where it is reached the item ends.
         """
-        radius = abs(stage.radius_m) or self.parameters.loiter_radius_m
-        reach = radius + self.parameters.acceptance_radius_m
+        reach = self._reach_m(stage)
         rise, place = stage.height_m - self.height_m, (stage.east_m, stage.north_m)
         # It may still be coming to rest at the place before: it is flown to from the nearer end of that.
         ends = begins_m[:2], self._vehicle_m[:2]
@@ -585,10 +595,15 @@ class _Navigator:
             self._circling = changing
             # Flown to from outside it looks at the centre already.
             half_s = float(yaw_time_s(np.array(math.pi), self.parameters))
-            self._turns_s = 0.0 if way > reach else half_s
+            self._turns_s = 0.0 if way > reach - 2.0 * _WITHIN_M else half_s
         if stage.leaves_on_tangent and self._is_underway(min(way, reach), rise, changing.speed_m_s):
-            left = math.copysign(radius, stage.radius_m)
-            self._circle = (stage.east_m, stage.north_m, left)
+            radius = math.copysign(reach - self.parameters.acceptance_radius_m, stage.radius_m)
+            self._circle = (stage.east_m, stage.north_m, radius)
+
+    def _reach_m(self, stage: Stage) -> float:
+        """Return within which distance of its place a change of height begins. [m]"""
+        radius = abs(stage.radius_m) or self.parameters.loiter_radius_m
+        return radius + self.parameters.acceptance_radius_m
 
     def _is_underway(self, way_m: float, rise_m: float, speed_m_s: float) -> bool:
         """Return whether a vehicle still moves on the map as a change of height ends.
@@ -627,8 +642,37 @@ class _Navigator:
         turn = math.copysign(math.acos(abs(radius) / distance), radius)
         course = math.atan2(away_e, away_n) - turn
         out_e, out_n = math.sin(course), math.cos(course)
+        vehicle_m, self._here_m = self._vehicle_m, None
         self._line_from_m = east + abs(radius) * out_e, north + abs(radius) * out_n
-        (self.east_m, self.north_m), self._here_m = self._line_from_m, None
+        if stage.kind is StageKind.CHANGE_HEIGHT:
+            self._here_m = self._entered_m(stage, vehicle_m, (east, north))
+        self.east_m, self.north_m = self._line_from_m
+
+    def _entered_m(
+        self, stage: Stage, vehicle_m: tuple[float, float, float], left_m: tuple[float, float]
+    ) -> tuple[float, float, float] | None:
+        """Return where a vehicle on its way to one centre comes within reach of the next. [m]
+
+        It flies straight at what is ahead, else square to the line first
+        (``PositionSmoothing::_getL1Point``).  ``None`` where that line begins out of reach.
+        """
+        reach = self._reach_m(stage) - _WITHIN_M
+        place, here = complex(stage.east_m, stage.north_m), complex(*vehicle_m[:2])
+        line_from, ahead = complex(*self._line_from_m), complex(*left_m) - here
+        if abs(place - here) <= reach:
+            return vehicle_m
+        if abs(place - line_from) > reach:
+            return None
+        begin, end = here, place
+        if _along(ahead, place - here) < ALIGNED_COS * abs(ahead):
+            end = line_from + _unit(place - line_from) * _along(here - line_from, place - line_from)
+        if abs(place - end) > reach:
+            begin, end = end, place
+        # Where a circle of that radius cuts the way.
+        way = _along(place - begin, end - begin)
+        beside = abs(place - begin - way * _unit(end - begin))
+        entered = begin + (way - math.sqrt(reach**2 - beside**2)) * _unit(end - begin)
+        return entered.real, entered.imag, vehicle_m[2]
 
     def _passed_m(
         self, flown_to: tuple[tuple[float, float, float], Move] | None

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
-from planner.flight.motion.px4.turns import ALIGNED_COS
+from planner.flight.motion.px4.moves import ALIGNED_COS, SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.values import Value
 
 if TYPE_CHECKING:

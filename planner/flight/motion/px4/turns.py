@@ -15,7 +15,7 @@ from planner.flight.motion.px4.braking import (
     ramp_time_s,
     vertical_limits,
 )
-from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
+from planner.flight.motion.px4.moves import ALIGNED_COS, SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
-ALIGNED_COS = 0.98
-"""Cosine of the angle to the target from which a turn counts as done (``PositionSmoothing::_isTurning``)."""
 PEAK_OVER_MEAN = 1.5
 """Highest over mean speed of a cubic from rest to rest. [-]"""
 

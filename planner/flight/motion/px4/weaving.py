@@ -16,7 +16,7 @@ from planner.flight.motion.kinematics import (
     rows_of,
 )
 from planner.flight.motion.px4.braking import STILL_M, allowed_speed_m_s, ramp_time_s
-from planner.flight.motion.px4.moves import SHORTEST_L1_M, SLOWEST_TURN_M_S
+from planner.flight.motion.px4.moves import ALIGNED_COS, SHORTEST_L1_M, SLOWEST_TURN_M_S
 from planner.flight.motion.px4.stepping import (
     LONGEST_S,
     PERIOD_S,
@@ -25,7 +25,7 @@ from planner.flight.motion.px4.stepping import (
     Vector,
     stepped,
 )
-from planner.flight.motion.px4.turns import ALIGNED_COS, turning_legs
+from planner.flight.motion.px4.turns import turning_legs
 from planner.values import replace
 
 if TYPE_CHECKING:
