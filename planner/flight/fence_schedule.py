@@ -12,14 +12,18 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
-    from planner.mission.route.stage import Route
+    from planner.mission.route.stage import FenceSwitch, Route
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.resolve import FlightParameters
 
 CEILING, CIRCLE, AREAS, FLOOR = 1, 2, 4, 8
 """Bits of ArduPilot's FENCE_TYPE."""
-_ON_AFTER_TAKEOFF = frozenset({1, 2})
-"""Values of FENCE_AUTOENABLE that switch the fence on when a take-off is done."""
+_OFF_ON_THE_GROUND, _AFTER_TAKEOFF = 1, 2
+"""FENCE_AUTOENABLE, of Copter from 4.6 on.  Both switch the fence on when a take-off in GUIDED is done:
+``ModeGuided::takeoff_run`` alone calls ``auto_enable_fence_after_takeoff``, in AUTO it stays off (flown).  1
+switches it off while the vehicle stands or lands, even with FENCE_ENABLE 1 (``AC_Fence::check``; flown).  The
+floor is switched on by the height, in any mode: with FENCE_ENABLE, and from 2 on
+(``auto_enable_fence_floor``; flown)."""
 
 
 class FenceSchedule(Value, eq=False):
@@ -35,58 +39,65 @@ class FenceSchedule(Value, eq=False):
 
 
 def fence_schedule(
-    route: Route, parameters: FlightParameters | None, *, as_legs_begin: bool = False
+    route: Route,
+    parameters: FlightParameters | None,
+    *,
+    acts: bool = False,
+    as_legs_begin: bool = False,
 ) -> FenceSchedule:
     """Return when the fence is on, by parameters and by the mission's DO_FENCE_ENABLE.
+
+    What is judged: a fence that FENCE_AUTOENABLE switches on at all.  Or what ``acts`` on a flight in AUTO:
+    nothing that waits for a take-off in GUIDED.
 
     As it is while stages are flown, or ``as_legs_begin``: ArduPilot carries out all DO_ items behind a place
     but the first when the next leg has begun (``AP_Mission::advance_current_do_cmd``).
 
     Notes
     -----
-    ``AP_Mission::start_command_fence``; after a take-off of the mission FENCE_AUTOENABLE 1 and 2 switch
-    it on again (``auto_enable_fence_after_takeoff``).  What FENCE_AUTOENABLE switches off for a landing
+    ``AP_Mission::start_command_fence``.  What FENCE_AUTOENABLE switches off for a landing
     is taken to be on: the flight to the place is fenced.  Areas that parameters alone leave off are judged,
     for they were drawn to be kept; that they are off is F111.  From 4.6
     on ``AC_Fence::get_auto_disable_fences`` leaves a floor on for landings that was switched on by hand,
     before that any that FENCE_AUTOENABLE does not switch off.
     """
-    is_on = not is_of_ardupilot(parameters) or fence_is_on(parameters)
-    again = is_of_ardupilot(parameters) and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF
-    count = len(route.stages)
-    areas, limits, floor, by_mission = (np.full(count, on) for on in (True, is_on, is_on, False))
-    events = [
-        (one.first_stage + (one.is_late and as_legs_begin), one.action, True)
-        for one in route.fence_switches
+    is_on = has_floor = True
+    events: list[tuple[int, FenceSwitch | None]] = [
+        (one.first_stage, one) for one in route.fence_switches
     ]
-    if again and events:
-        # It is on when the take-off is complete, before the items behind it are carried out.
-        events[:0] = [(row + 1, FenceAction.ON, False) for row in route.rows_of(StageKind.TAKEOFF)]
-        events.sort(key=lambda event: event[0])
-    for first, action, is_of_mission in events:
-        floor[first:] = action is FenceAction.ON
-        by_mission[first:] = floor[first:] & is_of_mission
-        if action is not FenceAction.FLOOR_OFF:
-            areas[first:] = limits[first:] = action is FenceAction.ON
+    if is_of_ardupilot(parameters):
+        is_on = has_floor = fence_is_on(parameters)
+        if acts and waits_for_guided(parameters):
+            is_on, has_floor = False, parameters.fence_auto_enable != _OFF_ON_THE_GROUND
+            has_floor |= bool(parameters.fence_enable)
+        if acts and parameters.fence_auto_enable == _OFF_ON_THE_GROUND:
+            events += [(row, None) for row in route.rows_of(StageKind.TAKEOFF)]
+            events.sort(key=lambda event: event[0])
+    count = len(route.stages)
+    areas, limits, floor, by_mission = (
+        np.full(count, on) for on in (True, is_on, has_floor, False)
+    )
+    for row, one in events:
+        if one is None:
+            limits[row:] = False
+            continue
+        first = row + (one.is_late and as_legs_begin)
+        by_mission[first:] = floor[first:] = one.action is FenceAction.ON
+        if one.action is not FenceAction.FLOOR_OFF:
+            areas[first:] = limits[first:] = one.action is FenceAction.ON
     return FenceSchedule(areas=areas, limits=limits, floor=floor, floor_by_mission=by_mission)
 
 
-def return_ceilings_m(
-    route: Route, parameters: ArduPilotParameters, schedule: FenceSchedule
-) -> FloatArray:
+def return_ceilings_m(parameters: ArduPilotParameters, schedule: FenceSchedule) -> FloatArray:
     """Return how high returns may climb that begin in each stage, above the home that counts. (stages,) [m]
 
     ``ModeRTL::compute_return_target`` asks which limits are enabled as a return begins: FENCE_ALT_MAX less
     FENCE_MARGIN where that is one of them, else infinite.
     """
-    count = len(route.stages)
     if not parameters.fence_type & CEILING:
-        return np.full(count, np.inf)
-    is_on = schedule.limits.copy()
-    if not parameters.fence_enable and parameters.fence_auto_enable in _ON_AFTER_TAKEOFF:
-        is_on[route.rows_of(StageKind.TAKEOFF)] = False
+        return np.full(len(schedule.limits), np.inf)
     ceiling_m = parameters.fence_height_max_m - parameters.fence_margin_m
-    return np.where(is_on, ceiling_m, np.inf)
+    return np.where(schedule.limits, ceiling_m, np.inf)
 
 
 def rally_is_taken(
@@ -118,5 +129,13 @@ def rally_is_taken(
 
 
 def fence_is_on(parameters: ArduPilotParameters) -> bool:
-    """Return whether the parameters switch the fence on."""
+    """Return whether the parameters switch the fence on, in one mode or another."""
     return bool(parameters.fence_enable or parameters.fence_auto_enable)
+
+
+def waits_for_guided(parameters: ArduPilotParameters) -> bool:
+    """Return whether the fence is on after a take-off in GUIDED, and off after one in AUTO."""
+    automatic = parameters.fence_auto_enable
+    return automatic == _OFF_ON_THE_GROUND or (
+        automatic == _AFTER_TAKEOFF and not parameters.fence_enable
+    )

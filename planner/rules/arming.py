@@ -32,6 +32,13 @@ if TYPE_CHECKING:
 _ALL = 1
 _ARMS_IN_AUTO = 1
 """Bit of AUTO_OPTIONS: arms in AUTO, in which the mission has begun by then."""
+_WITHOUT_THROTTLE = 2
+"""Bit of AUTO_OPTIONS: takes off without a raised throttle."""
+_HELD_BACK_S = 2.0
+"""From arming on the motors stand still: ``ARMING_DELAY_SEC``. [s]"""
+_UNSURE_S = 0.5
+"""The check is made ten times a second (flown: 0.1 s are enough), and arming itself takes a moment. [s]"""
+_WARNED_WITHIN_S = 1.0
 _HERE_M = 1.0
 """A home so near to where the vehicle stands is there. [m]"""
 _FLIES_BLIND = (4, 7)
@@ -120,11 +127,15 @@ TAKEOFF_BLOCKED = Rule(
     summary="The vehicle arms and stays on the ground.",
     why="ArduPilot arms, says 'Takeoff blocked: ESC RPM too low' and stands on the ground with the mission "
     "begun (AP_Vehicle::motors_takeoff_check); PX4 waits with its motors off until it is thrown.",
-    how="MOT_SPOOL_TIME at or above DISARM_DELAY: disarmed on the ground before the motors are up (flown: 30 "
-    "s and 10.6 s).  TKOFF_RPM_MIN above 0 with no source of telemetry from the motors' controllers: no "
-    "SERIALn_PROTOCOL of 16 or 38, SERVO_BLH_BDMASK 0, no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; not checked "
-    "(X904) in a file that names no serial port.  Or TKOFF_RPM_MAX above 0 and below TKOFF_RPM_MIN.  PX4: "
-    "COM_THROW_EN is 1 (flown: 160 s on the ground).",
+    how="DISARM_DELAY of less than 0.5 s more than MOT_SPOOL_TIME and 2 s, or MOT_SAFE_TIME with "
+    "MOT_SAFE_DISARM where that is more, and AUTO_OPTIONS takes off without a raised throttle: disarmed on "
+    "the ground before the motors are up (flown with 3 s and MOT_SPOOL_TIME 1, not with 0.9; with 4 and 2, "
+    "not 1.9); less than 1 s more is a warning, and where the throttle is raised by hand, which keeps it "
+    "armed.  MOT_SPOOL_TIME at or above DISARM_DELAY is an error in any case.  TKOFF_RPM_MIN above 0 with no "
+    "source of telemetry from the motors' controllers: no SERIALn_PROTOCOL of 16 or 38, SERVO_BLH_BDMASK 0, "
+    "no CAN_Pn_DRIVER, SIM_ESC_TELEM not 1; not checked (X904) in a file that names no serial port; with "
+    "telemetry a warning: how fast the motors turn at MOT_SPIN_MIN is not known.  Or TKOFF_RPM_MAX above 0 "
+    "and below TKOFF_RPM_MIN.  PX4: COM_THROW_EN is 1 (flown: 160 s on the ground).",
     fix="set TKOFF_RPM_MIN to 0, or connect and set up the telemetry",
     instead="the parameters of --params",
 )
@@ -150,7 +161,13 @@ def _takeoff_blocked(
             TAKEOFF_BLOCKED, f"{asked} and TKOFF_RPM_MAX {most:g}: ArduPilot never takes off"
         )
     elif is_told or ports & _TELEMETRY_PORTS:
-        return
+        yield a.finding(
+            TAKEOFF_BLOCKED,
+            f"{asked}: ArduPilot takes off only if the motors turn as fast at MOT_SPIN_MIN, which is not "
+            "known here, else says 'Takeoff blocked: ESC RPM out of range' and disarms",
+            severity=Severity.WARNING,
+            fix="measure their speed at MOT_SPIN_MIN, and set TKOFF_RPM_MIN below it",
+        )
     elif ports:
         message = f"{asked}: without telemetry from the motors ArduPilot never takes off"
         yield a.finding(TAKEOFF_BLOCKED, message)
@@ -165,15 +182,28 @@ def _takeoff_blocked(
 
 @judges(TAKEOFF_BLOCKED, needs=(ARDUPILOT,))
 def _disarmed_before(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield a delay that is over before the motors are: ``Copter::auto_disarm_check`` counts from arming.
+
+    Until they leave ``GROUND_IDLE``, 2 s of ``ap.in_arming_delay`` and MOT_SPOOL_TIME later, or the throttle
+    is raised.  What comes then, such as TKOFF_SLEW_TIME, does not count (flown).
+    """
     values = numbers(a)
     spools_s, delay_s = values.get("MOT_SPOOL_TIME", 0.5), values.get("DISARM_DELAY", 10.0)
-    if 0.0 < delay_s <= spools_s:
-        yield a.finding(
-            TAKEOFF_BLOCKED,
-            f"the motors take {quantity.duration(spools_s)} to spool up (MOT_SPOOL_TIME): ArduPilot disarms "
-            f"on the ground after {quantity.duration(delay_s)} (DISARM_DELAY)",
-            fix="set MOT_SPOOL_TIME to 0.5",
-        )
+    is_held = bool(values.get("MOT_SAFE_DISARM", 0.0))
+    ready_s = spools_s + max(_HELD_BACK_S, values.get("MOT_SAFE_TIME", 1.0) if is_held else 0.0)
+    if not 0.0 < delay_s < ready_s + _WARNED_WITHIN_S:
+        return
+    by_itself = bool(int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE)
+    is_sure = delay_s <= spools_s or (by_itself and delay_s < ready_s + _UNSURE_S)
+    may_be = "may disarm" if by_itself and not is_sure else "disarms"
+    stick = "" if by_itself or is_sure else ", unless the throttle stick is raised before"
+    yield a.finding(
+        TAKEOFF_BLOCKED,
+        f"the motors are up {quantity.duration(ready_s)} after arming (MOT_SPOOL_TIME): ArduPilot {may_be} "
+        f"on the ground after {quantity.duration(delay_s)} (DISARM_DELAY){stick}",
+        severity=None if is_sure else Severity.WARNING,
+        fix="set DISARM_DELAY to 10 and MOT_SPOOL_TIME to 0.5, their defaults",
+    )
 
 
 @judges(TAKEOFF_BLOCKED, needs=(PX4,))

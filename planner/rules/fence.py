@@ -9,6 +9,8 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
+from planner.flight.fence_schedule import fence_schedule, waits_for_guided
+from planner.flight.pilot import is_of_ardupilot
 from planner.geo.barrier import make_fence_frame
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.mission.commands import TERRAIN_FRAMES
@@ -66,11 +68,13 @@ FENCE_OFF = Rule(
     Severity.WARNING,
     summary="The vehicle's parameters or the mission disable the fence.",
     why="A fence that is uploaded but switched off looks like one that protects.",
-    how="ArduPilot: FENCE_ENABLE and FENCE_AUTOENABLE are 0, FENCE_TYPE has no bit 4 (polygons and "
+    how="ArduPilot: FENCE_ENABLE and FENCE_AUTOENABLE are 0; FENCE_AUTOENABLE is 1, or 2 with FENCE_ENABLE "
+    "0, which switch the fence on after a take-off in GUIDED, not in AUTO (ModeGuided::takeoff_run; flown: a "
+    "return climbs past FENCE_ALT_MAX), and the mission does not; FENCE_TYPE has no bit 4 (polygons and "
     "circles), or FENCE_ACTION is 0 (report only).  PX4: GF_ACTION is 0 or 1 (warning only).  Only for "
     "values in a parameter file; and DO_FENCE_ENABLE 0 on ArduPilot: the parts of the flight after it "
     "are not judged by the fence.",
-    fix="enable the fence before the flight",
+    fix="enable the fence before the flight; on ArduPilot with FENCE_AUTOENABLE 3",
 )
 
 
@@ -208,11 +212,15 @@ def _way_around(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
 
 @judges(FENCE_TOO_LARGE, FENCE_OFF, INVALID_POLYGON, needs=(FENCE,))
 def _fence_itself(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
+    own = a.own_parameters
+    acts = bool(fence_schedule(a.route, own, acts=True).limits.any())
+    off = next((one for one in a.route.fence_switches if one.action is FenceAction.OFF), None)
     if a.mission.fence:
         yield from _size(a.autopilot, a.mission.fence)
-        switched_on = a.route.fence_switched_on is not None
-        yield from _enforcement(a.own_parameters, is_switched_on=switched_on)
-    off = next((one for one in a.route.fence_switches if one.action is FenceAction.OFF), None)
+        yield from _enforcement(own, is_switched_on=acts)
+    elif is_of_ardupilot(own) and waits_for_guided(own) and not acts and off is None:
+        # Of limits alone the other reasons are what their user has chosen.
+        yield from _enforcement(own)
     if off is not None:
         yield a.finding(
             FENCE_OFF,

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.flight.fence_schedule import AREAS, CEILING, CIRCLE, FLOOR, fence_is_on
+from planner.flight.fence_schedule import (
+    AREAS,
+    CEILING,
+    CIRCLE,
+    FLOOR,
+    fence_is_on,
+    waits_for_guided,
+)
 from planner.flight.pilot import is_of_ardupilot
 from planner.values import Value
 
@@ -93,6 +100,11 @@ def why_not_enforced(
     if is_of_ardupilot(parameters):
         reasons = (
             (not (fence_is_on(parameters) or is_switched_on), "fence_enable", "the fence is off"),
+            (
+                waits_for_guided(parameters) and not is_switched_on,
+                "fence_auto_enable",
+                "the fence is off after a take-off in AUTO, on after one in GUIDED alone",
+            ),
             (not parameters.fence_type & AREAS, "fence_type", "polygons and circles are off"),
             (parameters.fence_action == 0, "fence_action", "a breach is only reported"),
         )

@@ -176,7 +176,8 @@ def _never_at_height(a: Assessment, parameters: ArduPilotParameters) -> Iterator
     avoids = int(numbers(a).get("AVOID_ENABLE", _AVOIDS_FENCES)) & 1
     if not (avoids and is_from_file(parameters)):
         return
-    schedule, homes = fence_schedule(a.route, parameters), a.returns.destinations
+    schedule = fence_schedule(a.route, parameters, acts=True)
+    homes = a.returns.destinations
     version = None if a.target is None else a.target.version
     margin_m, kind = parameters.fence_margin_m, parameters.fence_type
     highest_m = parameters.fence_height_max_m - margin_m if kind & CEILING else inf

@@ -167,7 +167,7 @@ CASES: Mapping[str, RuleCases] = {
     "M131": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "TKOFF_RPM_MIN,1000\nSERIAL1_PROTOCOL,2\n"),
         boundary=lambda: found(PLAIN, ARDUPILOT, "TKOFF_RPM_MIN,0\nSERIAL1_PROTOCOL,2\n"),
-        silent=lambda: found(PLAIN, ARDUPILOT, "TKOFF_RPM_MIN,1000\nSERIAL1_PROTOCOL,16\n"),
+        silent=lambda: found(PLAIN, ARDUPILOT, "MOT_SPOOL_TIME,0.5\nDISARM_DELAY,10\n"),
     ),
     "M127": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "PILOT_SPEED_UP,0\n"),

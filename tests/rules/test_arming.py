@@ -318,7 +318,11 @@ def moved_home(up_m: float) -> MissionItem:
         # what is on then: FENCE_ENABLE, FENCE_AUTOENABLE, and what the mission switches
         (f"{CEILING}FENCE_ENABLE,0\n", (), 39.0, False),
         (f"{CEILING}FENCE_ENABLE,0\n", (SWITCH[1.0],), 39.0, True),
-        (f"{CEILING}FENCE_AUTOENABLE,1\n", (), 39.0, True),
+        (f"{CEILING}FENCE_AUTOENABLE,3\n", (), 39.0, True),
+        # switched on by a take-off in GUIDED alone: flown in AUTO, to 39.0 m and home
+        (f"{CEILING}FENCE_AUTOENABLE,1\n", (), 39.0, False),
+        (f"{CEILING}FENCE_AUTOENABLE,1\nFENCE_ENABLE,1\n", (), 39.0, False),
+        (f"{CEILING}FENCE_AUTOENABLE,2\nFENCE_ENABLE,1\n", (), 39.0, True),
         (f"{CEILING}FENCE_ENABLE,1\n", (SWITCH[0.0],), 60.0, False),
         (f"{CEILING}FENCE_ENABLE,1\n", (SWITCH[2.0],), 39.0, True),
         # above the home that counts, 38 m of it
@@ -335,6 +339,10 @@ def moved_home(up_m: float) -> MissionItem:
         (f"{FLOOR}FENCE_ENABLE,1\n", (waypoint(50, 11.0),), 11.0, True),
         (f"{FLOOR}FENCE_ENABLE,1\n", (waypoint(50, 10.5),), 11.0, False),
         (f"{FLOOR}FENCE_ENABLE,0\n", (), 11.9, False),
+        # which the height switches on, but for 1 with FENCE_ENABLE 0 (flown at 11.5 m)
+        (f"{FLOOR}FENCE_AUTOENABLE,2\n", (), 11.9, True),
+        (f"{FLOOR}FENCE_AUTOENABLE,1\n", (), 11.9, False),
+        (f"{FLOOR}FENCE_AUTOENABLE,1\nFENCE_ENABLE,1\n", (), 11.9, True),
         (f"{FLOOR}FENCE_ENABLE,1\nAVOID_ENABLE,2\n", (), 11.9, False),
     ],
 )

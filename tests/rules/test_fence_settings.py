@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 from fenced_missions import at, box, degrees, findings_of, rally
-from made_missions import mission, rtl, takeoff, waypoint
+from made_missions import item, mission, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, STEP, found
 
 from planner.autopilot import Autopilot
@@ -165,7 +165,12 @@ def test_ardupilots_floor_holds_for_waypoints_and_not_for_landings() -> None:
     ("autopilot", "parameters", "reason"),
     [
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\n", "the fence is off"),
-        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_AUTOENABLE,1\n", ""),
+        # A take-off in GUIDED switches it on, none in AUTO.
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_AUTOENABLE,1\n", "take-off in AUTO"),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_AUTOENABLE,1\n", "take-off in AUTO"),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_AUTOENABLE,2\n", "take-off in AUTO"),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_AUTOENABLE,2\n", ""),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_AUTOENABLE,3\n", ""),
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,8\nFENCE_ALT_MIN,1\n", "are off"),
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,4\n", ""),
         (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,4\nFENCE_ACTION,0\n", "only reported"),
@@ -185,6 +190,19 @@ def test_a_fence_that_is_switched_off_is_told(
         assert found["F111"].severity is Severity.WARNING
         assert reason in found["F111"].message
         assert "p.param line" in found["F111"].message
+
+
+@pytest.mark.parametrize(("value", "is_told"), [(0, False), (1, True), (2, True), (3, False)])
+def test_limits_that_a_take_off_in_auto_does_not_switch_on_are_told(
+    value: int, *, is_told: bool
+) -> None:
+    given = f"FENCE_ENABLE,0\nFENCE_TYPE,1\nFENCE_ALT_MAX,60\nFENCE_AUTOENABLE,{value}\n"
+    flown = partial(findings_of, autopilot=Autopilot.ARDUPILOT, parameters=given)
+    assert set(flown(SHORT)) == ({"F111"} if is_told else set())
+    switched_on = item(207, frame=2, params=(1.0, 0.0, 0.0, 0.0))
+    assert flown((SHORT[0], switched_on, *SHORT[1:])) == {}
+    # 1 switches it off again while the vehicle stands (flown).
+    assert ("F111" in flown((switched_on, *SHORT))) is (value == 1)
 
 
 def ring(count: int) -> FencePolygon:

@@ -134,13 +134,14 @@ def test_a_floor_below_the_ground_ends_no_landing() -> None:
         assert ("F110" in told) == is_ended
 
 
-def test_a_floor_that_a_take_off_switches_on_again_is_off_for_landings() -> None:
+def test_a_floor_of_the_mission_stays_on_for_landings_whatever_autoenable_is() -> None:
+    """``_min_alt_state`` stays ``MANUALLY_ENABLED``: a take-off in GUIDED resets it, none in AUTO."""
     floor = "FENCE_ENABLE,0\nFENCE_TYPE,8\nFENCE_ALT_MIN,3\nFENCE_ACTION,4\nFENCE_AUTOENABLE,{}\n"
-    for automatic, numbers in ((0, [2, 4]), (1, [2]), (3, [2, 4])):
+    for automatic in (0, 1, 3):
         given = parameters_from_text(floor.format(automatic).encode(), source="p.param")
         legs = mission(ON, takeoff(20), at(0, 60), rtl())
         result = check(legs, load_vehicle(VEHICLES[Autopilot.ARDUPILOT]), parameters=given)
-        assert [one.item for one in result.findings if one.code == "F110"] == numbers
+        assert [one.item for one in result.findings if one.code == "F110"] == [2, 4]
 
 
 # Flown in ArduPilot's SITL: "Vehicle breaching Min Alt fence" before it arms, or disarmed at once.
@@ -237,16 +238,14 @@ def test_value_2_switches_the_floor_off_and_nothing_else() -> None:
     assert "F101" in ARDUPILOT((takeoff(20), FLOOR_OFF, *OUT, LANDS), parameters=given)
 
 
-@pytest.mark.parametrize(("value", "is_on"), [(0, False), (1, True), (2, True), (3, False)])
-def test_autoenable_1_and_2_switch_the_fence_on_again_after_the_take_off(
-    value: int,
-    is_on: bool,  # noqa: FBT001 - a table of cases
-) -> None:
+@pytest.mark.parametrize("value", range(4))
+def test_autoenable_switches_on_nothing_that_the_mission_has_switched_off(value: int) -> None:
+    """A take-off in GUIDED alone does (flown with 1: the return climbs past the ceiling)."""
     given = CIRCLE.format(1) + f"FENCE_AUTOENABLE,{value}\n"
-    told = ARDUPILOT((OFF, takeoff(20), *OUT, LANDS), parameters=given)
-    assert ("F101" in told) is is_on
-    # What stands right behind the take-off is carried out after it has switched the fence on.
+    assert "F101" not in ARDUPILOT((OFF, takeoff(20), *OUT, LANDS), parameters=given)
     assert "F101" not in ARDUPILOT((takeoff(20), OFF, *OUT, LANDS), parameters=given)
+    # The fence the parameters state is judged, though with 1 it is off.
+    assert "F101" in ARDUPILOT((takeoff(20), *OUT, LANDS), parameters=given)
 
 
 def test_a_ceiling_switched_on_counts_from_the_height_there_is() -> None:
@@ -315,7 +314,9 @@ def test_a_return_keeps_below_the_ceiling_that_is_on_as_it_begins(
     enable: int, auto: int, switches: list[MissionItem | None]
 ) -> None:
     """``ModeRTL::compute_return_target`` asks ``get_enabled_fences``: RTL_ALT of 300 m, or 60 m less 2 m."""
-    is_on = bool(enable or auto)  # FENCE_AUTOENABLE has switched it on when the take-off is done
+    # FENCE_AUTOENABLE 1 switches it off on the ground, 3 on as it arms; 2 does nothing in AUTO.
+    is_on = auto == 3 or (bool(enable) and auto != 1)
+    is_past = bool(enable or auto) and not is_on and switches[0] not in {ON, OFF}
     items = [takeoff(40)]
     for number, one in enumerate(switches, start=1):
         if one is not None:
@@ -331,7 +332,46 @@ def test_a_return_keeps_below_the_ceiling_that_is_on_as_it_begins(
         ),
     )
     assert done.totals.climb_m == pytest.approx(58.0 if is_on else 300.0, abs=0.5)
-    assert not [one for one in done.findings if one.code == "F110"]
+    assert bool([one for one in done.findings if one.code == "F110"]) is is_past
+
+
+RELAUNCHED = (takeoff(10), ON, at(0, 20, 10.0), at(0, 20, 0.0, command=21))
+
+
+@pytest.mark.parametrize(
+    ("enable", "auto", "items", "top_m"),
+    [
+        # Flown by ArduCopter 4.7 (8264a9b4) with RTL_ALT 95 m, until the return was above its ceiling or held
+        # at 58.0 m: FENCE_ALT_MAX 60 less FENCE_MARGIN 2.
+        (0, 1, (takeoff(20),), 95.0),
+        (0, 2, (takeoff(20),), 95.0),
+        (0, 3, (takeoff(20),), 58.0),
+        (1, 0, (takeoff(20),), 58.0),
+        (1, 1, (takeoff(20),), 95.0),
+        (1, 2, (takeoff(20),), 58.0),
+        (0, 1, (takeoff(20), ON), 58.0),
+        (1, 1, (OFF, takeoff(20)), 95.0),
+        # 1 switches off what the mission switches on while the vehicle stands, or lands
+        (0, 1, (ON, takeoff(20)), 95.0),
+        (0, 2, (ON, takeoff(20)), 58.0),
+        (0, 1, (*RELAUNCHED, takeoff(15)), 95.0),
+        (0, 2, (*RELAUNCHED, takeoff(15)), 58.0),
+    ],
+)
+def test_what_a_return_climbs_to_by_autoenable(
+    enable: int, auto: int, items: tuple[MissionItem, ...], top_m: float
+) -> None:
+    given = (
+        f"FENCE_ENABLE,{enable}\nFENCE_AUTOENABLE,{auto}\nFENCE_TYPE,1\nFENCE_ALT_MAX,60\n"
+        "FENCE_MARGIN,2\nRTL_ALT,9500\nMIS_OPTIONS,4\nDISARM_DELAY,20\n"
+    )
+    done = check(
+        mission(*items, waypoint(40, 20), rtl()),
+        load_vehicle("arducopter-sitl-quad"),
+        parameters=parameters_from_text(given.encode(), source="p.param"),
+    )
+    landed_m = 10.0 if len(items) > 2 else 0.0
+    assert done.totals.climb_m - landed_m == pytest.approx(top_m, abs=0.5)
 
 
 @pytest.mark.parametrize(

@@ -64,16 +64,17 @@ def test_a_load_picked_up_on_the_way_needs_its_mass(
     ("parameters", "codes"),
     [
         ("TKOFF_RPM_MIN,500\nTKOFF_RPM_MAX,400\n", {"M131"}),
-        ("TKOFF_RPM_MIN,500\nTKOFF_RPM_MAX,500\nSERIAL5_PROTOCOL,16\n", set()),
+        ("TKOFF_RPM_MIN,500\nTKOFF_RPM_MAX,500\nSERIAL5_PROTOCOL,16\n", {"M131"}),
         ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\n", {"M131"}),
-        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nSERVO_BLH_BDMASK,15\n", set()),
-        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nCAN_P1_DRIVER,1\n", set()),
+        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nSERVO_BLH_BDMASK,15\n", {"M131"}),
+        ("TKOFF_RPM_MIN,500\nSERIAL5_PROTOCOL,23\nCAN_P1_DRIVER,1\n", {"M131"}),
         ("TKOFF_RPM_MIN,0\n", set()),
         (
             "MOT_SPOOL_TIME,10\n",
             {"M131"},
         ),  # DISARM_DELAY is 10 s; flown with 30 s: disarmed after 10.6 s
-        ("MOT_SPOOL_TIME,9.9\n", set()),
+        ("MOT_SPOOL_TIME,9.9\n", {"M131"}),  # unless the throttle is raised before
+        ("MOT_SPOOL_TIME,7\n", set()),
         ("MOT_SPOOL_TIME,30\nDISARM_DELAY,0\n", set()),
         ("TKOFF_RPM_MIN,500\n", {"X904"}),  # names no port: not known
     ],
@@ -81,6 +82,63 @@ def test_a_load_picked_up_on_the_way_needs_its_mass(
 def test_motors_whose_speed_nobody_tells_are_held_at_idle(parameters: str, codes: set[str]) -> None:
     flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, parameters)
     assert {one.code for one in flown if one.code in {"M131", "X904"}} == codes
+
+
+def test_motors_that_may_turn_too_slowly_for_the_take_off_are_a_warning() -> None:
+    # Flown with SIM_ESC_TELEM 1 and 1500: "Takeoff blocked: ESC RPM out of range", disarmed.
+    flown = found(
+        mission(takeoff(20), waypoint(100, 20), rtl()),
+        ARDUPILOT,
+        "TKOFF_RPM_MIN,1500\nSIM_ESC_TELEM,1\n",
+    )
+    told = next(one for one in flown if one.code == "M131")
+    assert told.severity is Severity.WARNING
+    assert "1500" in told.message
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "spools_s", "more", "severity"),
+    [
+        # Flown by ArduCopter 4.7 (8264a9b4), AUTO_OPTIONS 3, DISARM_DELAY and MOT_SPOOL_TIME: disarmed on the
+        # ground with 1 and 0.5, 2 and 0.5, 3 and 1 (after 2.95 s), 3 and 1.5, 4 and 2 (3.94), 5 and 3 (4.92).
+        (1, 0.5, "", Severity.ERROR),
+        (2, 0.5, "", Severity.ERROR),
+        (3, 1, "", Severity.ERROR),
+        (3, 1.5, "", Severity.ERROR),
+        (4, 2, "", Severity.ERROR),
+        (5, 3, "", Severity.ERROR),
+        # Took off with a tenth of a second less, too near to rely on.
+        (3, 0.9, "", Severity.ERROR),
+        (4, 1.9, "", Severity.ERROR),
+        (5, 2.9, "", Severity.ERROR),
+        # Took off.
+        (3, 0.5, "", Severity.WARNING),
+        (3, 0.5, "TKOFF_SLEW_TIME,10\n", Severity.WARNING),
+        (4, 1.5, "", Severity.WARNING),
+        (5, 2.5, "", Severity.WARNING),
+        (5, 2, "", None),
+        (10, 2, "", None),
+        (10, 5, "", None),
+        # Outputs that are silent while it is disarmed stay so for MOT_SAFE_TIME: disarmed after 2.94 and 4.0
+        # s, took off with 5.
+        (3, 0.5, "MOT_SAFE_DISARM,1\nMOT_SAFE_TIME,4\n", Severity.ERROR),
+        (4, 0.5, "MOT_SAFE_DISARM,1\nMOT_SAFE_TIME,4\n", Severity.ERROR),
+        (5, 0.5, "MOT_SAFE_DISARM,1\nMOT_SAFE_TIME,4\n", Severity.WARNING),
+        (4, 0.5, "MOT_SAFE_DISARM,0\nMOT_SAFE_TIME,4\n", None),
+        (4, 0.5, "MOT_SAFE_DISARM,1\n", None),
+        # By the stick: a throttle that is raised keeps it armed.
+        (2, 0.5, "AUTO_OPTIONS,0\n", Severity.WARNING),
+        (2, 2, "AUTO_OPTIONS,0\n", Severity.ERROR),
+        (0, 3, "", None),
+    ],
+)
+def test_a_delay_of_disarming_shorter_than_the_spin_up_keeps_it_on_the_ground(
+    delay_s: float, spools_s: float, more: str, severity: Severity | None
+) -> None:
+    options = "" if "AUTO_OPTIONS" in more else "AUTO_OPTIONS,3\n"
+    text = f"DISARM_DELAY,{delay_s}\nMOT_SPOOL_TIME,{spools_s}\n{options}{more}"
+    flown = found(mission(takeoff(20), waypoint(100, 20), rtl()), ARDUPILOT, text)
+    assert [one.severity for one in flown if one.code == "M131"] == [severity] * bool(severity)
 
 
 @pytest.mark.parametrize(("value", "stands"), [(0, False), (1, True)])

@@ -272,10 +272,11 @@ def make_destinations(
     if not isinstance(parameters, Px4Parameters):
         from planner.flight.fence_schedule import fence_schedule
 
-        fenced = _with_fence(straight, route, parameters, fence_schedule(route, parameters))
+        acting = fence_schedule(route, parameters, acts=True)
+        fenced = _with_fence(straight, route, parameters, acting)
         if not any(one.is_late for one in route.fence_switches):
             return fenced
-        begun = fence_schedule(route, parameters, as_legs_begin=True)
+        begun = fence_schedule(route, parameters, acts=True, as_legs_begin=True)
         return replace(fenced, as_legs_begin=_with_fence(straight, route, parameters, begun))
     if not follows_mission and leads_along(mission, parameters.return_type):
         return straight
@@ -292,7 +293,7 @@ def _with_fence(
     away_m = straight.rally_ground_m[None, :, :2] - home_m[:, None]
     return replace(
         straight,
-        return_ceiling_m=return_ceilings_m(route, parameters, schedule),
+        return_ceiling_m=return_ceilings_m(parameters, schedule),
         rally_is_taken=rally_is_taken(
             parameters,
             schedule,
