@@ -142,6 +142,12 @@ def test_every_setting_varies_as_its_option_sets_it(tmp_path: Path) -> None:
                 assert (own is None) == (other is None) if is_new else own == other, (key, name)
 
 
+def test_only_numbers_are_numbers_in_a_table() -> None:
+    severities, speeds = read_axis("fail-on=error,warning"), read_axis("speed=5,36km/h")
+    assert [severities.cell(value) for value in severities.values] == ["error", "warning"]
+    assert [speeds.cell(value) for value in speeds.values] == [5.0, 10.0]
+
+
 def test_a_voltage_is_the_charge_of_the_battery_it_is_measured_at() -> None:
     given = {"vehicle": "px4-quad-2kg", "battery": read_battery("5Ah@4S")}
     base = Setup.of({**given, "charge": RestVoltage(voltage_v=15.4)})

@@ -18,6 +18,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import UsageError, nearest_hint
+from planner.findings import Severity
 from planner.quantity import Spread, mean_of
 from planner.setting import Bearing, Fraction, Group, Kind, Number, Setting, Switch, declared
 from planner.setup import Setup
@@ -133,7 +134,7 @@ class Axis(Value):
         """Return a value in the column of the axis: a number where it is one, else its text."""
         if value is None or isinstance(value, str):
             return value
-        if isinstance(value, int | float) and not isinstance(value, bool):
+        if isinstance(value, int | float) and not isinstance(value, bool | Severity):
             return float(value)
         return str(self.setting.kind.text(value))
 
