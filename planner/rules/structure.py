@@ -28,7 +28,7 @@ from planner.mission.commands import (
 from planner.mission.items import MissionFormat
 from planner.mission.route.circles import EDGE_NEAR_M
 from planner.mission.route.order import JUMP_WITHOUT_FLIGHT
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import RETURN_STAGES, StageKind
 from planner.mission.route.state import ITEM_NOT_MODELLED
 from planner.mission.route.walk import ENDLESS
 from planner.mission.storage import stored_radius_m
@@ -530,31 +530,65 @@ def _turns_perhaps_on_the_way(a: Assessment, target: Target) -> Iterator[Finding
     yield from remarks.findings()
 
 
+def _unjudged(a: Assessment, where: str) -> str:
+    """Return what cannot be checked where a vehicle may fly instead; empty where nothing is asked."""
+    profile = PROFILE.of(a)
+    limits = () if profile is None else (profile.max_distance_m, profile.max_height_above_home_m)
+    unjudged = [
+        name
+        for name, given in (
+            ("the fence", FENCE.of(a) is not None),
+            ("the ground", a.setup.terrain is not None),
+            ("the limits of the site", any(one is not None for one in limits)),
+        )
+        if given
+    ]
+    return f"; {' and '.join(unjudged)} cannot be checked {where}" if unjudged else ""
+
+
+_LOITER_RADIUS_M = 80.0
+"""Of a LOITER_TO_ALT without one: NAV_LOITER_RAD as PX4 is delivered. [m]"""
+
+
 @judges(ITEM_NOT_MODELLED)
 def _splines(a: Assessment) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP:
         return
     curves = a.route.stages_of(StageKind.SPLINE)
-    profile = PROFILE.of(a)
-    limits = () if profile is None else (profile.max_distance_m, profile.max_height_above_home_m)
     if curves:
-        unjudged = [
-            name
-            for name, given in (
-                ("the fence", FENCE.of(a) is not None),
-                ("the ground", a.setup.terrain is not None),
-                ("the limits of the site", any(one is not None for one in limits)),
-            )
-            if given
-        ]
-        where = f"; {' and '.join(unjudged)} cannot be checked on the curve" if unjudged else ""
+        unjudged = _unjudged(a, "on the curve")
         yield a.finding(
             ITEM_NOT_MODELLED,
             f"{quantity.count(len(curves), 'spline')} predicted as straight legs with a stop at each "
-            f"(step-response model){where}",
+            f"(step-response model){unjudged}",
             severity=Severity.ERROR if unjudged else None,
             item=curves[0].item,
         )
+
+
+@judges(ITEM_NOT_MODELLED)
+def _tangents(a: Assessment) -> Iterator[Finding]:
+    """Yield what step-response models fly from place to place where PX4 leaves a circle by its tangent."""
+    if a.autopilot is not Autopilot.STEP or Autopilot.PX4 not in a.may_fly:
+        return
+    for before, stage in pairwise(a.route.stages):
+        if not before.leaves_on_tangent or stage.kind in RETURN_STAGES:
+            continue
+        radius_m = abs(before.radius_m) or _LOITER_RADIUS_M
+        way_m = hypot(stage.east_m - before.east_m, stage.north_m - before.north_m)
+        unjudged = _unjudged(a, "there")
+        message = (
+            "NAV_LOITER_TO_ALT with parameter 4 above 0 right before: PX4 flies here from that circle, by "
+            f"its tangent, predicted from its centre (step-response model){unjudged}; write 0 there"
+        )
+        is_within = way_m <= radius_m
+        if is_within:
+            message = (
+                "in the circle of the NAV_LOITER_TO_ALT right before, with parameter 4 above 0: PX4 may fly "
+                "past this place and on for ever; write 0 there"
+            )
+        severity = Severity.ERROR if is_within or unjudged else None
+        yield a.finding(ITEM_NOT_MODELLED, message, item=stage.item, severity=severity)
 
 
 TOO_MANY_ITEMS = Rule(

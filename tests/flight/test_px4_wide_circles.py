@@ -392,6 +392,10 @@ LEFT_BY_TANGENT = [
         112.0,
         (-11.4, 36.2),
     ),
+    # It climbs, or descends, and turns at the speed it has by then.
+    (0.0, [go(0, 100), by_tangent((150, 100, 30), 80.0), go(200, 0, 30)], 189.0, (218, 74)),
+    (0.0, [go(0, 100), by_tangent((100, 100, 30), 30.0), go(40, 180, 30)], 178.0, (77, 92)),
+    (0.0, [go(0, 150), by_tangent((200, 190, 23), -50.0), go(230, 110, 23)], 208.0, (171, 152)),
     # Looking there already it is past the circle at once.
     (0.0, [by_tangent((0, 58, 20), 80.0), go(0, -60)], 83.0, (-0.2, -51.6)),
 ]
@@ -406,6 +410,35 @@ def test_a_circle_is_left_by_a_line_from_its_tangent_from_where_the_vehicle_is(
     assert lasts_s == pytest.approx(flown_s, rel=0.03)
     state = motion.state_at_time(np.linspace(0.0, lasts_s, 4000))
     assert np.hypot(state.east_m - passed_m[0], state.north_m - passed_m[1]).min() < 2.0
+
+
+# As above: whether it came back, or flew on by 1.5 to 2.5 km until it was cut off.
+LED_PAST = [
+    ((0, 10), by_tangent((0, 100, 20), 50.0), (50, 77), 5.0, True),
+    ((0, 10), by_tangent((0, 100, 20), -50.0), (50, 77), 5.0, False),
+    ((0, 10), by_tangent((0, 100, 20), -50.0), (52, 60), 5.0, False),
+    # No tangent leads to what is within the circle.
+    ((0, 10), by_tangent((0, 100, 20), 50.0), (30, 77), 5.0, True),
+    ((0, 10), by_tangent((0, 100, 20), -50.0), (40, 120), 5.0, True),
+    ((-26.6, -4.3), by_tangent((58.4, -43.5, 20), 0.0), (-5.9, -28.6), 5.0, False),
+    ((-26.6, -4.3), by_tangent((58.4, -43.5, 20), 0.0), (-5.9, -28.6), 6.0, False),
+    ((-26.6, -4.3), by_tangent((58.4, -43.5, 20), 0.0), (-5.9, -28.6), 8.0, True),
+]
+
+
+@pytest.mark.parametrize(("first_m", "loiter", "next_m", "speed_m_s", "is_told"), LED_PAST)
+def test_a_line_that_leads_away_from_its_place_far_beside_it_is_told_of(
+    first_m: tuple[float, float],
+    loiter: Stage,
+    next_m: tuple[float, float],
+    speed_m_s: float,
+    is_told: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    parameters = replace(PX4, cruise_speed_m_s=speed_m_s)
+    stages = (takeoff(0, 0), go(*first_m), loiter, go(*next_m), _BACK)
+    motion = fly_px4(stages, parameters, heading_rad=0.0)
+    told = [(one.code, one.severity) for one in motion.findings if "for ever" in one.message]
+    assert told == [("T125", Severity.ERROR)] * is_told
 
 
 # As above: disarmed after.  Reached 2 or 3 m from home, it is beyond RTL_MIN_DIST once it has turned.

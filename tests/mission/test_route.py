@@ -1260,36 +1260,6 @@ def test_px4_leaves_a_short_loiter_by_a_tangent(
 
 
 @pytest.mark.parametrize(
-    ("height_m", "exit_by", "onward", "is_told"),
-    [
-        # Flown by a build of PX4: 20 m up with 40 m lead 36 m to the tangent at 0.85 m/s, 31 s an item.
-        (40.0, 1.0, waypoint(200, 40), True),
-        (10.0, 1.0, waypoint(200, 10), True),
-        (
-            20.7,
-            1.0,
-            waypoint(200, 20),
-            False,
-        ),  # within NAV_MC_ALT_RAD: flown at full speed at one height
-        (20.9, 1.0, waypoint(200, 20), True),
-        (40.0, 0.0, waypoint(200, 40), False),
-        (40.0, 1.0, rtl(), False),  # no next place
-    ],
-)
-def test_px4_leaves_a_change_of_height_slowly_by_a_tangent(
-    height_m: float,
-    exit_by: float,
-    onward: MissionItem,
-    is_told: bool,  # noqa: FBT001 - a table of cases
-) -> None:
-    change = item(31, north(100), height_m, params=(0.0, 40.0, 0.0, exit_by))
-    items = (takeoff(20), change, onward, waypoint(300, 20), rtl())
-    told = [one for one in route(*items, dialect=PX4).findings if "tangent" in one.message]
-    assert [(one.severity, one.item) for one in told] == [(Severity.ERROR, 3)] * is_told
-    assert not [f for f in route(*items, dialect=ARDUPILOT).findings if "tangent" in f.message]
-
-
-@pytest.mark.parametrize(
     ("dialect", "loop", "repeats", "is_told"),
     [
         # Flown by a build of PX4: two of four such missions did not take off, one hovered for 300 s.

@@ -236,6 +236,24 @@ def test_splines_flown_straight_are_said() -> None:
 
 
 @pytest.mark.parametrize(
+    ("exit_by", "onward", "severities"),
+    [
+        (0.0, waypoint(50, 100), []),
+        (1.0, rtl(), []),  # no tangent leads to a return
+        # Flown by a build of PX4: on past the second place, 14 m from the tangent point, for 2.4 km.
+        (1.0, waypoint(10, 100), [Severity.ERROR]),
+        (1.0, waypoint(0, 100), [Severity.WARNING]),
+    ],
+)
+def test_a_tangent_that_is_not_flown_is_said(
+    exit_by: float, onward: MissionItem, severities: list[Severity]
+) -> None:
+    circle = item(31, north(50), 100.0, params=(0.0, 40.0, 0.0, exit_by))
+    told = found("T102", takeoff(100), circle, onward, rtl())
+    assert [(one.severity, one.item) for one in told] == [(one, 3) for one in severities]
+
+
+@pytest.mark.parametrize(
     ("climb_m_s", "descent_m_s", "severities"),
     [
         (2.5, 1.5, []),  # identified from −1.6 to 2.6 m/s

@@ -59,8 +59,9 @@ ITEM_NOT_MODELLED = Rule(
     "step-response model flies faster up or down than DO_CHANGE_SPEED allows costs its time (E108).  An "
     "error where the vehicle may fly elsewhere, wait or stop for it: arcs, NAV_SCRIPT_TIME, parachutes, "
     "auxiliary functions but those of what it carries, unknown commands; where a step-response model flies a "
-    "spline straight and there is a fence, a terrain or a limit of the site; where a gripper picks up a load "
-    "after the take-off and no --payload is given; where DO_SET_HOME moves home up between two places that "
+    "spline straight, or from the centre of a LOITER_TO_ALT with parameter 4, which PX4 leaves by a tangent, "
+    "and there is a fence, a terrain or a limit of the site, or the place is within that circle; "
+    "where a gripper picks up a load after the take-off and no --payload is given; where DO_SET_HOME moves home up between two places that "
     "ArduPilot flies through, up or down right before a landing, a return or an item of altitude 0, or "
     "during a LOITER_TO_ALT, names a height but no place, or on PX4 a place in frame 2, sent in whole "
     "degrees (MavlinkMissionManager::parse_mavlink_mission_item), or stands before the take-off of a vehicle "
@@ -85,7 +86,7 @@ ITEM_NOT_MODELLED = Rule(
     "(ModeAuto::get_spline_from_cmd), where that swings it more than 0.5 m up or down: NAV_DELAY with an "
     "hour, minute or second other than 0, or parts of one, a landing or take-off with another altitude (a "
     "warning below 5 m, 10 m above the ground and without --terrain); on PX4 behind a LOITER_TIME of less "
-    "than 4 s, or a LOITER_TO_ALT of another height, with parameter 4, and at a DO_CHANGE_SPEED taken back "
+    "than 4 s with parameter 4, and at a DO_CHANGE_SPEED taken back "
     "at once; where a CONDITION_ wait ends within 5 % of its leg's time, or CONDITION_DISTANCE within 1 m of "
     "where the leg is over, and holds back a home or the fence, two speeds of one leg or more than three "
     "speeds (a warning of fewer: T115).  A note of a landing that ArduCopter from 4.7 on begins to fly "
@@ -167,8 +168,8 @@ class MissionState(Position, kw_only=True, eq=False):
     """Whether a gate was the last item with a place."""
     unknown_side: str = ""
     """Why it is unknown where on the circle before the vehicle is; empty: it is known."""
-    left_on_tangent: str = ""
-    """The loiter before, where PX4 leaves it slowly by the tangent of a circle about it."""
+    is_left_on_tangent: bool = False
+    """Whether PX4 leaves the place before slowly, by the tangent of a circle about it."""
     spline: tuple[float, bool] | None = None
     """Length of the spline without a hold right before [m], and whether it is above terrain."""
     is_above_terrain: bool = False

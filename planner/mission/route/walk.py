@@ -41,8 +41,6 @@ LIFTS_OFF = TAKEOFFS | {Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME}
 _AT_REST_S = 4.0
 """After so long in a place PX4 rests there: it enters it at 1.2 m/s, and loses that within 1.5 s times the
 logarithm (MPC_ACC_HOR 3, MPC_JERK_AUTO 4), down to 0.2 m/s, below which it turns nowhere. [s]"""
-_AT_ONE_HEIGHT_M = 0.8
-"""Within this PX4 takes a height for reached (NAV_MC_ALT_RAD), and does not slow down for it. [m]"""
 _LEVEL_PLACES = LANDINGS | {Command.NAV_PAYLOAD_PLACE}
 _LED_TO = (
     _LEVEL_PLACES | TAKEOFFS | {Command.NAV_GUIDED_ENABLE, Command.NAV_CONTINUE_AND_CHANGE_ALT}
@@ -137,7 +135,7 @@ def go(state: MissionState, item: MissionItem) -> None:
         state.spline = length_m, item.frame in TERRAIN_FRAMES
     is_short = kind is StageKind.LOITER and hold_s < _AT_REST_S
     if state.dialect is Autopilot.PX4 and is_short and (item.param4 or 0.0) > 0.0:
-        state.left_on_tangent = "NAV_LOITER_TIME, so short and with parameter 4 above 0,"
+        state.is_left_on_tangent = True
 
 
 def loiter_for_ever(state: MissionState, item: MissionItem) -> None:
@@ -149,17 +147,12 @@ def loiter_for_ever(state: MissionState, item: MissionItem) -> None:
 
 def change_height(state: MissionState, item: MissionItem) -> None:
     """Fly to a place, then change height there."""
-    from_m = state.height_m
     state.go_to(StageKind.CHANGE_HEIGHT, item)
-    leaves_on_tangent = (item.param4 or 0.0) > 0.0
-    climbs = abs(state.height_m - from_m) > _AT_ONE_HEIGHT_M
-    if state.dialect is Autopilot.PX4 and leaves_on_tangent and climbs:
-        state.left_on_tangent = "NAV_LOITER_TO_ALT with another height and parameter 4 above 0"
     radius_m = item.param2 or 0.0
     state.stages[-1] = replace(
         state.stages[-1],
         radius_m=max(min(radius_m, LARGEST_RADIUS_M), -LARGEST_RADIUS_M),
-        leaves_on_tangent=leaves_on_tangent,
+        leaves_on_tangent=(item.param4 or 0.0) > 0.0,
     )
 
 
@@ -261,18 +254,17 @@ def remark_tangent(state: MissionState, item: MissionItem) -> None:
     ``MissionBlock::is_mission_item_reached_or_completed``: ``loiter_exit_xtrack`` moves the place of a
     LOITER_TIME, too, to where the tangent leads to the next one.  Flown: 0 s and 40 m, from 2 m before
     the place 39 m across it to that tangent, at the 1.3 m/s it had by then, 30 s; at rest it turns
-    nowhere.  A LOITER_TO_ALT of 40 m that climbs 20 m comes as near, and slow, while it climbs, and
-    keeps that speed while it turns (``PositionSmoothing::_generateVelocitySetpoint``,
-    ``_max_speed_previous``): 36 m at 0.85 m/s.  At one height it leaves at full speed, as predicted.
+    nowhere.  That of a LOITER_TO_ALT is predicted.
     """
-    if not state.left_on_tangent or not is_destination(item.command):
+    if not state.is_left_on_tangent or not is_destination(item.command):
         return
-    message = (
-        f"{state.left_on_tangent} right before: PX4 takes that for leaving by the tangent of its "
-        "radius, slowly, which is not predicted; write 0 there"
+    state.is_left_on_tangent = False
+    state.remark(
+        ITEM_NOT_MODELLED,
+        "NAV_LOITER_TIME, so short and with parameter 4 above 0, right before: PX4 takes that for leaving by "
+        "the tangent of its radius, slowly, which is not predicted; write 0 there",
+        severity=Severity.ERROR,
     )
-    state.left_on_tangent = ""
-    state.remark(ITEM_NOT_MODELLED, message, severity=Severity.ERROR)
 
 
 def stop_before(state: MissionState, item: MissionItem) -> None:

@@ -636,9 +636,8 @@ class _Navigator:
             return
         east, north, radius = circle
         away_e, away_n = stage.east_m - east, stage.north_m - north
-        distance = math.hypot(away_e, away_n)
-        if distance <= abs(radius):
-            return
+        # From within the circle none leads on: the place then moves to where the next is nearest to it.
+        distance = max(math.hypot(away_e, away_n), abs(radius))
         turn = math.copysign(math.acos(abs(radius) / distance), radius)
         course = math.atan2(away_e, away_n) - turn
         out_e, out_n = math.sin(course), math.cos(course)

@@ -10,13 +10,14 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import (
     Columns,
     clipped,
+    dot,
     horizontal,
     lengths,
     quotient,
     rows_of,
 )
 from planner.flight.motion.px4.braking import STILL_M, allowed_speed_m_s, ramp_time_s
-from planner.flight.motion.px4.moves import ALIGNED_COS, SHORTEST_L1_M, SLOWEST_TURN_M_S
+from planner.flight.motion.px4.moves import ALIGNED_COS, SHORTEST_L1_M, SLOWEST_TURN_M_S, directions
 from planner.flight.motion.px4.stepping import (
     LONGEST_S,
     PERIOD_S,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.px4.legs import LegStarts, PlannedLegs
+    from planner.flight.motion.px4.legs import LegStarts, PlannedLegs, Px4Legs
     from planner.flight.motion.px4.stepping import Swung
     from planner.flight.motion.px4.turns import Turns
 
@@ -90,9 +91,12 @@ WEAVES = Rule(
     "half as much again as the distance steered for, or where 3 % of the speed, or after a wait half a "
     "metre of its place, change its time by more than 3 s; a warning where a tenth of a second does so "
     "that a LOITER_TO_ALT reached at once is flown, where after a wait they change it by more than 1 s, or "
-    "either its way by more than 3 m.",
+    "either its way by more than 3 m.  An error, too, where it comes to that line from farther beside than "
+    "the distance steered for, and less than that and the braking distance before its end, or beyond it, as "
+    "behind a LOITER_TO_ALT with parameter 4 whose circle the next place is in: PX4 steers on along the line "
+    "(flown 2.4 km past the place).",
     fix="give the place flown to as large a radius, or the one before a smaller one, or fly slower; give a "
-    "LOITER_TO_ALT a small radius (parameter 2), or another height than the vehicle has",
+    "LOITER_TO_ALT a small radius (parameter 2), 0 as parameter 4, or another height than the vehicle has",
 )
 
 
@@ -457,18 +461,49 @@ def _vector(row: FloatArray, digits: int = _DIGITS) -> Vector:
     return east, north, upward
 
 
-def weave_findings(item: IntArray, weaves: Weaves, turn_s: FloatArray) -> Iterator[Finding]:
-    """Yield each leg that is weaved across, or may be begun in two ways."""
-    for move in rows_of(weaves.is_open & (weaves.astray_m == 0.0)).tolist():
+def _leads_past(legs: LegStarts) -> BoolArray:
+    """Return which legs are begun so far beside their line that it may lead past their places. (n,)
+
+    Notes
+    -----
+    ``PositionSmoothing::_getL1Point`` steers along the line, whether its end is ahead or behind, until the
+    place is straight ahead or within the radius.  Flown from 18 to 60 m beside: on for ever with 5 to 14 m
+    left at 5, 8 and 10 m/s, there with 14 m left at 5 and 6 m/s.
+    """
+    parameters, planned = legs.parameters, legs.planned
+    line, way = (planned.target_m - m for m in (planned.begins_m, legs.place_m))
+    line[:, 2] = way[:, 2] = 0.0
+    unit, length = directions(line)
+    far_m, speed = horizontal(way), horizontal(legs.velocity_m_s)
+    left_m = np.where(length > SHORTEST_L1_M, dot(way, unit), 0.0)
+    is_ahead = dot(way, legs.velocity_m_s) >= ALIGNED_COS * far_m * speed
+    l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
+    fastest, a = np.maximum(speed, planned.speed_m_s), parameters.acceleration_m_s2
+    turns_m = l1 + 0.5 * fastest * (fastest / a + a / parameters.jerk_m_s3)
+    is_beside = far_m**2 - left_m**2 > l1**2
+    leads_past = planned.is_leg & ~planned.circles & is_beside & (left_m < turns_m)
+    return np.asarray(leads_past & ~is_ahead & (speed > SLOWEST_TURN_M_S))
+
+
+def weave_findings(item: IntArray, legs: Px4Legs) -> Iterator[Finding]:
+    """Yield each leg that leads past its place, is weaved across, or may be begun in two ways."""
+    weaves, past = legs.weaves, _leads_past(legs)
+    for move in rows_of(past).tolist():
+        message = (
+            "PX4 may fly past this place and on for ever: it comes to the line from the place before, from "
+            "far beside, where that leads away; write 0 in parameter 4 of a NAV_LOITER_TO_ALT before"
+        )
+        yield WEAVES.finding(message, item=int(item[move]))
+    for move in rows_of(weaves.is_open & (weaves.astray_m == 0.0) & ~past).tolist():
         message = (
             "PX4 may fly straight to this place, or first to its line from the place before, which it leaves "
             "from afar and hardly moving: the longer way is predicted"
         )
         severity = None if weaves.is_chance[move] else Severity.WARNING
         yield WEAVES.finding(message, item=int(item[move]), severity=severity)
-    for move in rows_of(weaves.astray_m).tolist():
+    for move in rows_of((weaves.astray_m > 0.0) & ~past).tolist():
         message = (
             f"PX4 weaves {weaves.astray_m[move]:.0f} m across its line to this place, for about "
-            f"{turn_s[move]:.0f} s: it leaves the place before from too far away"
+            f"{legs.turn_s[move]:.0f} s: it leaves the place before from too far away"
         )
         yield WEAVES.finding(message, item=int(item[move]))
