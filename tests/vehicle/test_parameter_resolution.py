@@ -71,19 +71,23 @@ def test_every_quantity_has_an_origin() -> None:
 def test_assumed_defaults_are_one_finding_that_counts_them() -> None:
     result = resolve_parameters(Autopilot.ARDUPILOT)
     [(severity, message)] = messages(result, "P101")
-    count = len(parameter_table(ArduPilotParameters)) - 1  # PLND_STRICT, behind PLND_ENABLED
+    # less PLND_STRICT and OA_OPTIONS, behind PLND_ENABLED and OA_TYPE
+    count = len(parameter_table(ArduPilotParameters)) - 2
     assert severity is Severity.INFO
     assert f"WP_SPD, WP_SPD_UP, WP_SPD_DN and {count - 3} more parameters" in message
 
 
 @pytest.mark.parametrize(("enabled", "is_assumed"), [(0, False), (1, True)])
+@pytest.mark.parametrize(
+    ("switch", "switched"), [("PLND_ENABLED", "PLND_STRICT"), ("OA_TYPE", "OA_OPTIONS")]
+)
 def test_what_a_vehicle_has_not_while_it_is_switched_off_is_not_assumed(
-    enabled: int, *, is_assumed: bool
+    switch: str, switched: str, enabled: int, *, is_assumed: bool
 ) -> None:
-    """ArduPilot lists no parameters of a library whose _ENABLED is 0."""
+    """ArduPilot lists no parameters of a library that its first one switches off."""
     rows = parameter_table(ArduPilotParameters).values()
-    values = {row.now.name: row.default for row in rows if row.now.name != "PLND_STRICT"}
-    values["PLND_ENABLED"] = enabled
+    values = {row.now.name: row.default for row in rows if row.now.name != switched}
+    values[switch] = enabled
     text = "\n".join(f"{name},{value}" for name, value in values.items())
     given = parameters_from_text(text.encode(), source="vehicle.param")
     found = messages(resolve_parameters(Autopilot.ARDUPILOT, file=given), "P101")

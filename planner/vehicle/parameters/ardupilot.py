@@ -36,6 +36,10 @@ def _renamed(
     return parameter(now, *row, formerly=formerly, since=_SI_NAMES, **more)
 
 
+_BENDY_RULER = 1
+"""OA_TYPE of it alone."""
+_FAST_WAYPOINTS = 4
+"""Bit of OA_OPTIONS (``OA_OPTION_FAST_WAYPOINTS``)."""
 _SHORTEST_RISE_S = 0.2
 """Of the jerk: twice the shortest time constant of the attitude that counts. [s]"""
 
@@ -185,6 +189,10 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     )
     arm_battery_min_ah: float = parameter("BATT_ARM_MAH mAh", 0.0, NOT_NEGATIVE)
 
+    # round obstacles: 0 none, 1 BendyRuler, 2 Dijkstra, 3 both; bits: 4 flies on while it plans
+    path_planner: int = parameter("OA_TYPE", 0, NOT_NEGATIVE)
+    path_planner_options: int = parameter("OA_OPTIONS", 1, NOT_NEGATIVE)
+
     fence_enable: int = parameter("FENCE_ENABLE", 0, NOT_NEGATIVE)
     fence_auto_enable: int = parameter("FENCE_AUTOENABLE", 0, NOT_NEGATIVE)
     # bits: 1 ceiling, 2 circle, 4 polygons, 8 floor
@@ -236,6 +244,26 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
         if turning_rad_s2 <= 0.0:
             return rise_s
         return max(rise_s, math.pi * self.jerk_m_s3 / (GRAVITY_M_S2 * turning_rad_s2))
+
+    @property
+    def plans_legs_anew(self) -> bool:
+        """Whether a path planner round obstacles lets the vehicle stand before each leg, and fly no spline.
+
+        Notes
+        -----
+        ``AC_WPNav_OA::update_wpnav``: until the planner has answered for a new destination its place is
+        one to stop at; what was planned behind it, and a spline to it, are dropped then.  So it is asked for
+        once more, without the next one, where there was one.
+        """
+        return self.path_planner > 0 and not self.path_planner_options & _FAST_WAYPOINTS
+
+    @property
+    def stops_at_waypoints(self) -> bool:
+        """Whether it stops at each but splines: BendyRuler never finds the way behind to be clear, either.
+
+        ``AP_OAPathPlanner::avoidance_thread``, ``AC_WPNav::force_stop_at_next_wp``.
+        """
+        return self.plans_legs_anew or self.path_planner == _BENDY_RULER
 
     @property
     def measures_current(self) -> bool:

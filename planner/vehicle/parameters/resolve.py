@@ -215,7 +215,7 @@ _OTHER_VEHICLES: Mapping[str, tuple[str, ...]] = {
 """Beginnings of names that Copter has none of, by whose they are."""
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
-_SWITCHED_BY = {"precision_strictness": "precision_landing"}
+_SWITCHED_BY = {"precision_strictness": "precision_landing", "path_planner_options": "path_planner"}
 """Which quantity has to be other than 0 for a vehicle to have another parameter at all."""
 
 

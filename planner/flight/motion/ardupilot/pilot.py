@@ -17,6 +17,7 @@ from planner.flight.motion.ardupilot.legs import (
     StuckReturns,
     past_stops_m,
     plan_legs,
+    planned_anew_spread_s,
     settling_waits_s,
     stopping_distance_m,
 )
@@ -172,6 +173,7 @@ def _flown(
         *_settling(legs, responses, parameters, lag),
     ]
     standing = StuckReturns.of(legs, stages, parameters)
+    anew_s, standing_s = planned_anew_spread_s(legs, parameters), standing.spread_s()
     motion = make_motion(
         legs,
         manoeuvres,
@@ -192,7 +194,7 @@ def _flown(
     motion = replace(
         motion,
         wander_m=past_stops_m(legs, lag),
-        wait_spread_s=standing.spread_s(),
+        wait_spread_s=anew_s if standing_s is None else standing_s,
         wait_segment=int(motion.done_segment[standing.stage[:1] - 1].sum()) + 1,
         slowed=SlowedLegs.joined(slowed) if slowed else None,
         circles=circles.at_rate(stages.item),

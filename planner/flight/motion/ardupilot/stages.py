@@ -16,7 +16,7 @@ from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_
 from planner.flight.motion.kinematics import horizontal, is_nonzero
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.stage import LANDED_STAGES, RETURN_STAGES, StageKind
-from planner.values import Value, field_names
+from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -76,6 +76,8 @@ class StageColumns(Value, eq=False):
     """What circles are flown with, by their rows."""
     is_passed: BoolArray
     """Whether the end is flown through. (n,)"""
+    leads_straight_on: BoolArray
+    """Whether the end would be but for the path planner, straight to the next place. (n,)"""
     is_speed_late: BoolArray
     """Whether the speed is commanded when the first leg has begun already. (n,)"""
     next_early_s: FloatArray
@@ -197,6 +199,9 @@ def stage_columns(
 
     ``drag`` is that of `TrackLag`.
     """
+    is_spline = np.array([stage.kind is StageKind.SPLINE for stage in stages])
+    if parameters.plans_legs_anew:
+        stages = [_planned_anew(stage) for stage in stages]
     rows_of_numbers = np.array([*map(attrgetter(*_NUMBERS), stages)], dtype=np.float64)
     numbers = dict(zip(_NUMBERS, rows_of_numbers.T.copy(), strict=True))
 
@@ -260,6 +265,8 @@ def stage_columns(
     ):
         then = np.where(np.isnan(lands_at), own, lands_at)
         along[changes] = (1.0 / ((1.0 - there) / along + there / then))[changes]
+    passed = through & ~unseen & np.concatenate((onward[1:], [False]))
+    may_pass = underway | is_kind(kind, StageKind.SPLINE) | (not parameters.stops_at_waypoints)
     return StageColumns(
         kind=kind,
         item=np.array([stage.item for stage in stages]),
@@ -276,7 +283,8 @@ def stage_columns(
         turns=turns,
         radius_m=radius,
         circles=circles,
-        is_passed=through & ~unseen & np.concatenate((onward[1:], [False])),
+        is_passed=passed & may_pass,
+        leads_straight_on=passed & ~np.concatenate((is_spline[1:], [False])),
         is_speed_late=numbers["is_speed_late"] > 0.0,
         next_early_s=numbers["next_early_s"],
         is_underway=underway,
@@ -299,6 +307,18 @@ _LOWERS = (StageKind.LAND, StageKind.SET_DOWN)
 def _rise_m(stage: Stage) -> float:
     ground_m = stage.followed_ground_m
     return ground_m[-1] - ground_m[0] if ground_m else 0.0
+
+
+def _planned_anew(stage: Stage) -> Stage:
+    """Return a stage as it is flown where its leg is planned anew behind its beginning.
+
+    Splines are straight, and ``AC_WPNav::wp_and_spline_init_m`` takes the vehicle's own speeds of climbing
+    and descending, not those commanded (2.5 m/s flown for 4).
+    """
+    if stage.kind is StageKind.TAKEOFF:  # which is no leg
+        return stage
+    kind = StageKind.GO if stage.kind is StageKind.SPLINE else stage.kind
+    return replace(stage, kind=kind, climb_speed_m_s=None, descent_speed_m_s=None)
 
 
 def return_columns(
@@ -329,6 +349,7 @@ def return_columns(
         radius_m=zero,
         circles={},
         is_passed=never,
+        leads_straight_on=never,
         is_underway=never,
         is_here=never,
         is_speed_late=never,
