@@ -274,18 +274,33 @@ def _searched_too_high(a: Assessment, from_m: float, top_m: float) -> Iterator[N
             )
 
 
+_NONE_SEEN_S = 7.0
+"""``FAILSAFE_INIT_TIMEOUT_MS`` of AC_PrecLand_StateMachine.cpp. [s]"""
+
+
 @judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT,))
 def _target_lost(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
-    """Report landings that wait for a target (``AC_PrecLand_StateMachine::get_target_lost_actions``)."""
+    """Report landings that wait for a target (``AC_PrecLand_StateMachine::get_target_lost_actions``).
+
+    Where it sees none at all it stands in the air first (``get_failsafe_actions``): flown 7.0 s.
+    """
     strictness = parameters.precision_strictness if parameters.precision_landing else 0
     if not strictness:
         return
-    hovers = strictness > 1
-    then = "then stays in the air" if hovers else "is not predicted so"
+    hovers, short = strictness > 1, ""
+    then = "then stays in the air"
+    if not hovers:
+        needed_wh = wh_from_j(a.flight.hover_near_home_w * _NONE_SEEN_S)
+        short = _short_of_reserve(a, needed_wh)
+        then = (
+            f"where it sees none it stands in the air for {quantity.duration(_NONE_SEEN_S)} first"
+            + f", which takes {quantity.energy(needed_wh)}" * math.isfinite(needed_wh)
+            + f"; neither is predicted{short}"
+        )
     yield a.finding(
         SETTING_NOT_FOLLOWED,
         f"PLND_STRICT {strictness}: a landing that loses its target climbs and tries again, and {then}",
-        severity=Severity.ERROR if hovers else None,
+        severity=Severity.ERROR if hovers or short else None,
         fix="set PLND_STRICT to 0, or PLND_ENABLED to 0 where no target is set up",
     )
 
