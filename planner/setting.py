@@ -557,7 +557,10 @@ class Setting(Value, kw_only=False):
 
 def is_finite_number(value: object) -> bool:
     """Return whether a value is a number, of numpy or Python, and neither NaN nor infinite."""
-    return _is_number(value) and math.isfinite(value)
+    try:
+        return _is_number(value) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond any float
+        return False
 
 
 def _is_number(value: object) -> TypeGuard[float]:
@@ -695,7 +698,7 @@ def _is_of(bases: tuple[type, ...], types: frozenset[str]) -> bool:
 def _problem(setting: Setting, types: frozenset[str], value: SettingValue) -> str:
     """Return what a value must be, and what it is; empty where it is right."""
     if _is_number(value) and "float" in types:
-        if not math.isfinite(value):
+        if not is_finite_number(value):
             return f"a finite number, got {value!r}"
     elif not _is_of(type(value).__mro__, types):
         shown = repr(value) if len(repr(value)) <= 60 else f"a {type(value).__name__}"

@@ -42,9 +42,10 @@ class Wind(Value):
     """Standard deviation of the direction. [°]"""
 
     def __post_init__(self) -> None:
-        if not math.isfinite(self.from_deg):
-            msg = f"wind from_deg must be a number, got {self.from_deg}"
-            raise ValueError(msg)
+        for name in ("from_deg", "ground_below_m"):
+            if not math.isfinite(getattr(self, name)):
+                msg = f"wind {name} must be a number, got {getattr(self, name)}"
+                raise ValueError(msg)
         for name in ("speed_m_s", "speed_sd_m_s", "from_sd_deg"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 msg = f"wind {name} must be zero or more, got {getattr(self, name)}"

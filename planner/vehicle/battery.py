@@ -118,6 +118,9 @@ class Battery(Part):
         full_v = math.inf if self.ocv_v is None else self.ocv_v[-1]
         if self.cutoff_voltage_v is not None and self.cutoff_voltage_v >= full_v:
             yield "cutoff_voltage_v", "must be below the voltage of the full battery"
+        factor = self.label_factor
+        if factor is not None and (self.ocv_v is None or not 0.0 < factor < math.inf):
+            yield "label_factor", "must be positive, and needs ocv_v, which it scales"
 
     def _capacity_problems(self) -> Problems:
         charge_ah = self.new_charge_ah

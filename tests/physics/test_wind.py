@@ -84,6 +84,13 @@ def test_a_wind_or_a_spread_of_it_is_a_number_and_not_negative(name: str, value:
     assert getattr(Wind(**{name: 0.0}), name) == 0.0
 
 
+@pytest.mark.parametrize("name", ["from_deg", "ground_below_m"])
+@pytest.mark.parametrize("value", [math.inf, math.nan])
+def test_a_direction_and_the_ground_below_are_numbers(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=f"wind {name} must be a number"):
+        Wind(**{name: value})
+
+
 def test_the_profile_never_falls_with_height() -> None:
     heights = np.linspace(0.0, 300.0, 100)
     for wind in (

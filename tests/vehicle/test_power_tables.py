@@ -7,6 +7,7 @@ import pytest
 
 from planner.errors import VehicleFileError
 from planner.vehicle.battery import Battery
+from planner.vehicle.declared import InvalidValueError
 from planner.vehicle.model import Loads, VehicleModel
 from planner.vehicle.power import (
     CruisePower,
@@ -289,6 +290,12 @@ def test_the_curve_of_chen_and_rincon_mora_is_their_equation() -> None:
         -1.031 * np.exp(-35.0 * soc) + 3.685 + 0.2156 * soc - 0.1178 * soc**2 + 0.3201 * soc**3
     )
     assert chemistry.cell_ocv_v == pytest.approx(equation, abs=1e-4)  # four decimals are written
+
+
+@pytest.mark.parametrize("factor", [float("nan"), -1.0, 0.0, float("inf"), 1.1])
+def test_only_a_curve_is_scaled_to_a_label(factor: float) -> None:
+    with pytest.raises(InvalidValueError, match="label_factor must be positive, and needs ocv_v"):
+        Battery(capacity_wh=60.0, label_factor=factor)
 
 
 def test_a_label_keeps_its_meaning() -> None:
