@@ -441,6 +441,14 @@ def test_a_line_that_leads_away_from_its_place_far_beside_it_is_told_of(
     assert told == [("T125", Severity.ERROR)] * is_told
 
 
+def test_a_short_leg_behind_a_wide_radius_is_no_tangent() -> None:
+    # As above: 5 m back from where a radius of 10 m is entered at 5 m/s, disarmed after 119.0 s.
+    wide = replace(go(-3, -150), acceptance_radius_m=10.0)
+    motion = fly_px4((takeoff(0, 0), wide, go(-1, -146), _BACK), PX4, heading_rad=0.0)
+    assert not motion.findings
+    assert motion.segments.end_s[-1] == pytest.approx(119.0, rel=0.03)
+
+
 # As above: disarmed after.  Reached 2 or 3 m from home, it is beyond RTL_MIN_DIST once it has turned.
 RETURNED = [
     (math.pi, [circle((0, 58, 20), 80.0)], 30.0, 67.0),

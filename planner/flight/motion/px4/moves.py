@@ -268,11 +268,15 @@ class Moves(Columns, eq=False):
         """Which look at a region of interest on their way. (n,)"""
         return np.isfinite(self.looks_m[:, 0]) & ~self.is_landing & ~self.is_takeoff
 
+    @property
+    def leaves_tangent(self) -> BoolArray:
+        """Which are flown to by the tangent of a circle. (n,)"""
+        return np.isfinite(self.line_from_m[:, 0])
+
     def beginnings_m(self) -> FloatArray:
         """Return where each is meant to begin: at the target of the one before, mostly. (n, 3) [m]"""
         before = np.vstack((self.start_m[:1], self.target_m[:-1]))
-        elsewhere = np.isfinite(self.line_from_m)
-        before[:, :2][elsewhere] = self.line_from_m[elsewhere]
+        before[self.leaves_tangent, :2] = self.line_from_m[self.leaves_tangent]
         return np.where(self.is_first[:, None], self.start_m, before)
 
     @classmethod

@@ -184,7 +184,7 @@ class Px4Pilot(Value):
         motion, legs = self._motion(moves, len(stages))
         any_turn_s, taken_s = waits_unknown(moves, legs)
         assumed = _assumed_headings(moves, any_turn_s, taken_s)
-        weaving = weave_findings(moves.item, legs)
+        weaving = weave_findings(moves, legs)
         found = (*gap_findings(stages, self.parameters), *assumed, *weaving)
         motion = replace(motion, findings=motion.findings + found)
         turned = rows_of(taken_s)

@@ -34,9 +34,10 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
     from planner.flight.motion.px4.legs import LegStarts, PlannedLegs, Px4Legs
+    from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.stepping import Swung
     from planner.flight.motion.px4.turns import Turns
 
@@ -91,10 +92,10 @@ WEAVES = Rule(
     "half as much again as the distance steered for, or where 3 % of the speed, or after a wait half a "
     "metre of its place, change its time by more than 3 s; a warning where a tenth of a second does so "
     "that a LOITER_TO_ALT reached at once is flown, where after a wait they change it by more than 1 s, or "
-    "either its way by more than 3 m.  An error, too, where it comes to that line from farther beside than "
-    "the distance steered for, and less than that and the braking distance before its end, or beyond it, as "
-    "behind a LOITER_TO_ALT with parameter 4 whose circle the next place is in: PX4 steers on along the line "
-    "(flown 2.4 km past the place).",
+    "either its way by more than 3 m.  An error, too, behind a LOITER_TO_ALT with "
+    "parameter 4, left by a tangent (a place within its circle has none, but a line from beyond it), where "
+    "the vehicle comes to that from farther beside than the distance steered for, and less than that and the "
+    "way to stop before its end, or beyond it: PX4 steers on along it (flown 2.4 km past the place).",
     fix="give the place flown to as large a radius, or the one before a smaller one, or fly slower; give a "
     "LOITER_TO_ALT a small radius (parameter 2), 0 as parameter 4, or another height than the vehicle has",
 )
@@ -461,14 +462,14 @@ def _vector(row: FloatArray, digits: int = _DIGITS) -> Vector:
     return east, north, upward
 
 
-def _leads_past(legs: LegStarts) -> BoolArray:
-    """Return which legs are begun so far beside their line that it may lead past their places. (n,)
+def _leads_past(moves: Moves, legs: Px4Legs) -> BoolArray:
+    """Return which legs are begun so far beside the tangent of a circle that it may lead past them. (n,)
 
     Notes
     -----
     ``PositionSmoothing::_getL1Point`` steers along the line, whether its end is ahead or behind, until the
-    place is straight ahead or within the radius.  Flown from 18 to 60 m beside: on for ever with 5 to 14 m
-    left at 5, 8 and 10 m/s, there with 14 m left at 5 and 6 m/s.
+    place is straight ahead or within the radius.  Flown from 16 to 60 m beside: on for ever with 14 m left
+    at 8 m/s, beyond the end at 5 m/s; there with 14 m left at 5 and 6 m/s.
     """
     parameters, planned = legs.parameters, legs.planned
     line, way = (planned.target_m - m for m in (planned.begins_m, legs.place_m))
@@ -478,20 +479,21 @@ def _leads_past(legs: LegStarts) -> BoolArray:
     left_m = np.where(length > SHORTEST_L1_M, dot(way, unit), 0.0)
     is_ahead = dot(way, legs.velocity_m_s) >= ALIGNED_COS * far_m * speed
     l1 = np.maximum(planned.radius_m, SHORTEST_L1_M)
+    is_beside = far_m**2 - left_m**2 > np.maximum(l1, planned.reach_m) ** 2
     fastest, a = np.maximum(speed, planned.speed_m_s), parameters.acceleration_m_s2
     turns_m = l1 + 0.5 * fastest * (fastest / a + a / parameters.jerk_m_s3)
-    is_beside = far_m**2 - left_m**2 > l1**2
-    leads_past = planned.is_leg & ~planned.circles & is_beside & (left_m < turns_m)
-    return np.asarray(leads_past & ~is_ahead & (speed > SLOWEST_TURN_M_S))
+    leads_past = is_beside & (left_m < turns_m) & ~is_ahead & (speed > SLOWEST_TURN_M_S)
+    leads_past |= legs.weaves.is_stepped & (legs.turn_s >= LONGEST_S)
+    return np.asarray(moves.leaves_tangent & planned.is_leg & leads_past)
 
 
-def weave_findings(item: IntArray, legs: Px4Legs) -> Iterator[Finding]:
+def weave_findings(moves: Moves, legs: Px4Legs) -> Iterator[Finding]:
     """Yield each leg that leads past its place, is weaved across, or may be begun in two ways."""
-    weaves, past = legs.weaves, _leads_past(legs)
+    item, weaves, past = moves.item, legs.weaves, _leads_past(moves, legs)
     for move in rows_of(past).tolist():
         message = (
-            "PX4 may fly past this place and on for ever: it comes to the line from the place before, from "
-            "far beside, where that leads away; write 0 in parameter 4 of a NAV_LOITER_TO_ALT before"
+            "PX4 may fly past this place and on for ever: it leaves the NAV_LOITER_TO_ALT before by a "
+            "tangent that leads away where the vehicle comes to it; write 0 in its parameter 4"
         )
         yield WEAVES.finding(message, item=int(item[move]))
     for move in rows_of(weaves.is_open & (weaves.astray_m == 0.0) & ~past).tolist():
