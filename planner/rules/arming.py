@@ -34,8 +34,6 @@ _ARMS_IN_AUTO = 1
 """Bit of AUTO_OPTIONS: arms in AUTO, in which the mission has begun by then."""
 _WITHOUT_THROTTLE = 2
 """Bit of AUTO_OPTIONS: takes off without a raised throttle."""
-_HELD_BACK_S = 2.0
-"""From arming on the motors stand still: ``ARMING_DELAY_SEC``. [s]"""
 _UNSURE_S = 0.5
 """The check is made ten times a second (flown: 0.1 s are enough), and arming itself takes a moment. [s]"""
 _WARNED_WITHIN_S = 1.0
@@ -181,16 +179,15 @@ def _takeoff_blocked(
 
 
 @judges(TAKEOFF_BLOCKED, needs=(ARDUPILOT,))
-def _disarmed_before(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+def _disarmed_before(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
     """Yield a delay that is over before the motors are: ``Copter::auto_disarm_check`` counts from arming.
 
     Until they leave ``GROUND_IDLE``, 2 s of ``ap.in_arming_delay`` and MOT_SPOOL_TIME later, or the throttle
     is raised.  What comes then, such as TKOFF_SLEW_TIME, does not count (flown).
     """
     values = numbers(a)
-    spools_s, delay_s = values.get("MOT_SPOOL_TIME", 0.5), values.get("DISARM_DELAY", 10.0)
-    is_held = bool(values.get("MOT_SAFE_DISARM", 0.0))
-    ready_s = spools_s + max(_HELD_BACK_S, values.get("MOT_SAFE_TIME", 1.0) if is_held else 0.0)
+    spools_s, delay_s = parameters.spool_up_s, values.get("DISARM_DELAY", 10.0)
+    ready_s = spools_s + parameters.held_back_s
     if not 0.0 < delay_s < ready_s + _WARNED_WITHIN_S:
         return
     by_itself = bool(int(values.get("AUTO_OPTIONS", 0)) & _WITHOUT_THROTTLE)

@@ -49,6 +49,8 @@ _HEADINGS_BY_SATELLITES = frozenset({2, 3})
 """EK3_SRCn_YAW: no sensor is asked for here, 2 and 3 need two receivers that tell it themselves."""
 _WITHOUT_HEADING = frozenset({0, 1, 2})
 """GPSn_TYPE of none, of one found by itself and of u-blox: they tell no heading."""
+_MODES_ON = 5
+"""FLTMODE_CH: the channel of the flight modes."""
 _NO_START = frozenset({2, 3})
 """ESC_CALIBRATION that begins as the vehicle is switched on."""
 _SENSOR_TYPES: Mapping[int, tuple[str, str]] = {
@@ -399,6 +401,13 @@ _CONDITIONS: tuple[tuple[int | None, str, Callable[[ArduPilotGiven], bool]], ...
             p.value("FS_THR_ENABLE", default=1) != 0
             and p.value("RCMAP_THROTTLE", default=3) == 3
             and p.value("RC3_MIN", default=math.inf) <= p.value("FS_THR_VALUE", default=975) + 10
+        ),
+    ),
+    (
+        RC,
+        "the channel of FLTMODE_CH has an RCx_OPTION",
+        lambda p: (
+            p.value(f"RC{p.value('FLTMODE_CH', default=_MODES_ON):.0f}_OPTION", default=0) > 0
         ),
     ),
     (

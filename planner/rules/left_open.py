@@ -309,8 +309,12 @@ _GAINS = {
     **dict.fromkeys(("PSC_NE_VEL_P", "PSC_VELXY_P"), 2.0),
     **dict.fromkeys(("PSC_NE_VEL_I", "PSC_VELXY_I"), 1.0),
     **dict.fromkeys(("PSC_NE_POS_P", "PSC_POSXY_P"), 1.0),
+    **dict.fromkeys(("PSC_D_POS_P", "PSC_POSZ_P"), 1.0),
+    **dict.fromkeys(("PSC_D_VEL_P", "PSC_VELZ_P"), 5.0),
+    **dict.fromkeys(("PSC_JERK_D", "PSC_JERK_Z"), 5.0),
 }
-"""Gains of the way that are taken at their defaults, as ArduCopter calls them from 4.7 on and before."""
+"""Gains of the way and the height that are taken at their defaults, as ArduCopter calls them from 4.7 on and
+before."""
 _WEAK = 0.8
 """Of a default, from which on a gain changes no flight by more than predictions are good to. [-]"""
 _WAITS = 0.1
@@ -319,7 +323,7 @@ _WAITS = 0.1
 
 @judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT,))
 def _gains_not_read(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
-    """Report weak gains, with which a vehicle waits longer at its stops to come within WPNAV_RADIUS."""
+    """Report weak gains, with which a vehicle takes longer to its stops and heights."""
     given = numbers(a)
     weak = [name for name, default in _GAINS.items() if given.get(name, default) < _WEAK * default]
     if not weak:
@@ -329,8 +333,29 @@ def _gains_not_read(a: Assessment, _parameters: ArduPilotParameters) -> Iterator
     yield a.finding(
         SETTING_NOT_FOLLOWED,
         f"{', '.join(f'{name} {given[name]:g}' for name in weak)}: predicted with the defaults; with weaker "
-        f"gains it waits longer at its stops, which may take {quantity.energy(needed_wh)} more{short}",
+        f"gains stops and heights take longer, which may take {quantity.energy(needed_wh)} more{short}",
         severity=Severity.ERROR if short else None,
+    )
+
+
+_TUNES_SPEED, _TUNING = 10.0, 219.0
+"""TUNE of the speed of waypoints, and the RCx_OPTION of the knob that tunes."""
+
+
+@judges(SETTING_NOT_FOLLOWED, needs=(ARDUPILOT,))
+def _speed_by_knob(a: Assessment, _parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Report a knob that sets the speed: flown at 2 m/s for 5, 79 % longer than predicted."""
+    given = numbers(a)
+    if given.get("TUNE") != _TUNES_SPEED:
+        return
+    knobs = [n for n in range(1, 17) if given.get(f"RC{n}_OPTION") == _TUNING]
+    by = f"RC{knobs[0]}_OPTION 219" if knobs else "RC6, before RCx_OPTION 219 chose it"
+    yield a.finding(
+        SETTING_NOT_FOLLOWED,
+        f"TUNE 10: the knob of {by} sets the speed of waypoints between TUNE_MIN and TUNE_MAX, which is not "
+        "predicted",
+        severity=Severity.ERROR if knobs else None,
+        fix="set TUNE to 0",
     )
 
 

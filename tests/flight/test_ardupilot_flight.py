@@ -255,6 +255,26 @@ def test_mot_spool_time_counts_before_and_after() -> None:
 
 
 @pytest.mark.parametrize(
+    ("changed", "added_s", "flown_s"),
+    [
+        # Flown by ArduCopter 4.7-dev: longer by so much than by default.
+        ({"spool_down_s": 2.0}, 1.5, 1.5),
+        ({"spool_down_s": 5.0}, 4.5, 4.5),
+        ({"safe_time_s": 5.0}, 0.0, 0.0),
+        ({"safe_time_s": 5.0, "safe_disarm": 1}, 3.0, 2.9),
+        ({"safe_time_s": 8.0, "safe_disarm": 1}, 6.0, 5.9),
+    ],
+)
+def test_motors_that_stand_still_late_or_are_held_back_count(
+    changed: dict[str, float], added_s: float, flown_s: float
+) -> None:
+    parameters = replace(ArduPilotParameters(), **changed)
+    added = time_s(fly(takeoff(), home(), parameters=parameters)) - time_s(fly(takeoff(), home()))
+    assert added == pytest.approx(added_s, abs=1e-9)
+    assert added == pytest.approx(flown_s, abs=0.15)
+
+
+@pytest.mark.parametrize(
     ("changed", "factor"),
     [
         (ArduPilotParameters(takeoff_slew_s=4.0), 4.0 * 0.35),

@@ -325,6 +325,28 @@ def test_what_any_heading_takes_lies_within_the_spread(heading_deg: float) -> No
     assert spread_s.min() - 0.01 <= later_s <= spread_s.max() + 0.15
 
 
+def test_a_return_that_waits_where_it_is_counts_once_it_has_turned() -> None:
+    # Flown by a build of PX4 with RTL_DESCEND_ALT 30 and RTL_RETURN_ALT 15: 89.0 s with a delay of 10 s, 84.7
+    # where the turn is a part of it; sinking meanwhile, as by default, it turns on the way.
+    stages = (
+        takeoff(18.0),
+        go(0.0, 60.0, 18.0),
+        go(60.0, 60.0, 18.0),
+        stage(StageKind.RETURN, 0.0, 0.0, 0.0),
+    )
+    standing = replace(PX4, return_altitude_m=15.0, return_descend_altitude_m=30.0)
+    none_s, short_s, long_s = (
+        float(
+            fly_px4(
+                stages, replace(standing, return_land_delay_s=s), heading_rad=0.0
+            ).segments.end_s[-1]
+        )
+        for s in (0.0, 3.0, 10.0)
+    )
+    assert long_s - short_s == pytest.approx(7.0, abs=1e-6)
+    assert short_s - none_s > 3.0 + 2.0  # it turns from 225° to north in more than two seconds
+
+
 def test_turning_first_comes_before_the_descent_to_wait_too() -> None:
     # Flown on a build: 2.9 s more than without, a right angle before 30 m are left for 10 m.
     stages = (takeoff(30.0), go(60.0, 0.0, 30.0, hold=20.0), stage(StageKind.RETURN, 0.0, 0.0, 0.0))

@@ -206,6 +206,10 @@ def test_rotors_with_flaps_or_tilt_are_told(frame: int, *, is_told: bool) -> Non
         ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,9\nRC8_OPTION,10\n"),
         ("RC7_OPTION,255\nRC8_OPTION,255\n", "RC7_OPTION,256\nRC8_OPTION,256\n"),
         ("RC7_OPTION,9\nRC8_OPTION,9\n", "RC7_OPTION,0\nRC8_OPTION,0\n"),
+        # Flown: "Mode channel and RC5_OPTION conflict", never armed; without the check of RC it flies.
+        ("RC5_OPTION,9\n", "RC9_OPTION,9\n"),
+        ("FLTMODE_CH,7\nRC7_OPTION,9\n", "FLTMODE_CH,0\nRC5_OPTION,9\n"),
+        ("RC5_OPTION,9\nARMING_SKIPCHK,0\n", "RC5_OPTION,9\nARMING_SKIPCHK,64\n"),
         (outputs(1, 33, 34, 35, 33), outputs(1, 36, 34, 35, 33)),
         (outputs(2, 33, 34, 35, 36), outputs(2, 33, 34, 35, 36, 37, 38)),
         (outputs(1, 33, 34, 35), "FRAME_CLASS,1\nSERVO1_FUNCTION,33\n"),

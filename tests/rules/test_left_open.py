@@ -562,6 +562,15 @@ def test_a_limit_of_current_is_one_between_hover_and_climb() -> None:
         ("PSC_NE_VEL_P,1.59\n", [Severity.WARNING]),
         ("PSC_VELXY_I,0.79\n", [Severity.WARNING]),
         ("PSC_NE_POS_P,0.79\n", [Severity.WARNING]),
+        # Of the height; flown with 0.3, 1.5 and 0.5: 3.5, 2.2 and 1.4 % longer.
+        ("PSC_D_POS_P,0.8\nPSC_D_VEL_P,4\nPSC_JERK_D,4\n", []),
+        ("PSC_D_POS_P,0.79\n", [Severity.WARNING]),
+        ("PSC_VELZ_P,3.99\n", [Severity.WARNING]),
+        ("PSC_JERK_Z,3.9\n", [Severity.WARNING]),
+        # Flown with 219 and TUNE_MIN 100: 140.4 s for 78.6; without 219: 78.6.
+        ("TUNE,10\nRC6_OPTION,219\nTUNE_MIN,100\nTUNE_MAX,300\n", [Severity.ERROR]),
+        ("TUNE,10\n", [Severity.WARNING]),
+        ("TUNE,25\nRC6_OPTION,219\n", []),
     ],
 )
 def test_gains_that_are_not_read_are_told(parameters: str, severities: list[Severity]) -> None:

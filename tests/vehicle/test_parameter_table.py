@@ -124,6 +124,9 @@ ARDUPILOT_DEFAULTS = {
     "circle_rate_rad_s": math.pi / 9,
     "yaw_rate_rad_s": math.pi / 3,
     "spool_up_s": 0.5,
+    "spool_down_s": 0.5,  # 0 stands for that
+    "safe_time_s": 1.0,
+    "safe_disarm": 0,
     "takeoff_slew_s": 2.0,
     "terrain_margin_m": 10.0,
     "battery_capacity_ah": 3.3,

@@ -40,6 +40,7 @@ _BENDY_RULER = 1
 """OA_TYPE of it alone."""
 _FAST_WAYPOINTS = 4
 """Bit of OA_OPTIONS (``OA_OPTION_FAST_WAYPOINTS``)."""
+_ARMING_DELAY_S = 2.0
 _SHORTEST_RISE_S = 0.2
 """Of the jerk: twice the shortest time constant of the attitude that counts. [s]"""
 
@@ -146,6 +147,13 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     rally_includes_home: int = parameter("RALLY_INCL_HOME", 1, NOT_NEGATIVE)
 
     spool_up_s: float = parameter("MOT_SPOOL_TIME s", 0.5, NOT_NEGATIVE)
+    # until the motors stand still; 0: MOT_SPOOL_TIME
+    spool_down_s: float = parameter(
+        "MOT_SPOOL_TIM_DN s", 0.0, NOT_NEGATIVE, zero_means=("spool_up_s", 1.0)
+    )
+    # motors held back after arming, with MOT_SAFE_DISARM
+    safe_time_s: float = parameter("MOT_SAFE_TIME s", 1.0, NOT_NEGATIVE)
+    safe_disarm: int = parameter("MOT_SAFE_DISARM", 0, NOT_NEGATIVE)
     hover_throttle: float = parameter("MOT_THST_HOVER", 0.35, Range(0.0, 1.0, excludes_low=True))
     takeoff_slew_s: float = parameter("TKOFF_SLEW_TIME s", 2.0, NOT_NEGATIVE)
     # descent rate of payload placing; 0: LAND_SPD_MS
@@ -227,6 +235,14 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
         slowest = min(rates, key=lambda name: float(getattr(self, name)))
         if 0.0 < (most_m_s3 := GRAVITY_M_S2 * getattr(self, slowest)) < self.jerk_m_s3:
             self.overwrite(slowest, "jerk_m_s3", most_m_s3)
+
+    @property
+    def held_back_s(self) -> float:
+        """How long the motors stand still after arming. [s]
+
+        ``ARMING_DELAY_SEC`` of ArduCopter/config.h, ``AP_MotorsMulticopter::update_external_limits``.
+        """
+        return max(_ARMING_DELAY_S, self.safe_time_s if self.safe_disarm else 0.0)
 
     @property
     def jerk_rise_s(self) -> float:

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Manoeuvres
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
-ARMING_DELAY_S = 2.0
-"""``ARMING_DELAY_SEC`` of ArduCopter/config.h: motors wait so long after arming. [s]"""
 _VERTICAL_JERK_M_S3 = 5.0
 """PSC_JERK_D (before 4.7 PSC_JERK_Z), its default. [m s⁻³]"""
 _HEIGHT_GAIN_PER_S = 1.0
@@ -57,15 +55,15 @@ def takeoff(
 
     Notes
     -----
-    ``_AutoTakeoff::run``.  On the ground: 2 s after arming, MOT_SPOOL_TIME of spooling up to idle, then
-    the throttle rises by 1/TKOFF_SLEW_TIME until the vehicle accelerates by WP_ACC_Z/2, at
-    MOT_THST_HOVER (1 + WP_ACC_Z/2g).  By default it lifts off after 3.24 s.
+    ``_AutoTakeoff::run``.  On the ground: 2 s after arming, or MOT_SAFE_TIME with MOT_SAFE_DISARM,
+    MOT_SPOOL_TIME of spooling up to idle, then the throttle rises by 1/TKOFF_SLEW_TIME until the vehicle
+    accelerates by WP_ACC_Z/2, at MOT_THST_HOVER (1 + WP_ACC_Z/2g).  By default it lifts off after 3.24 s.
     """
     none = np.zeros(len(key))
     throttle = parameters.hover_throttle * (
         1.0 + 0.5 * parameters.vertical_acceleration_m_s2 / GRAVITY_M_S2
     )
-    idle_s = (ARMING_DELAY_S + parameters.spool_up_s) * from_ground
+    idle_s = (parameters.held_back_s + parameters.spool_up_s) * from_ground
     thrust_s = parameters.takeoff_slew_s * min(throttle, 1.0) * from_ground
     low = start_m[:, 2]
     durations, rises, speeds = _climb(end_height_m - low, climb_m_s, parameters)
@@ -131,7 +129,7 @@ def landing(
     ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, else by ``commanded_m_s``, or WP_SPD_DN
     where that is NaN; slower along the square root of the height above LAND_ALT_LOW; never slower than
     LAND_SPD.  That height is above ``level_m``.  Below, on the ground, 1.6 s until the landing is detected
-    and MOT_SPOOL_TIME until the motors stand still.
+    and MOT_SPOOL_TIM_DN until the motors stand still.
     """
     slow = parameters.land_speed_m_s
     high = np.full(len(key), parameters.land_high_speed_m_s)
@@ -153,7 +151,7 @@ def landing(
         # Touching down takes the speed away in no time.
         height_m=(*(top - way for way in ways), ground_m, ground_m, ground_m),
         climb_m_s=(*(-speed for speed in speeds), -speeds[-1], none, none),
-        duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_up_s + wait_s),
+        duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_down_s + wait_s),
         grounded=(6,),
     )
 

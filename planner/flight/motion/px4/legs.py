@@ -423,7 +423,10 @@ def fly_legs(moves: Moves, *, waits: BoolArray | bool = True) -> Px4Legs:
     flight = moves.is_first.cumsum()
     is_long = moves.looks.any() or moves.circles.any()
     for _ in range(_LOOKING_ROUNDS if is_long else 2):
-        hold_s = np.maximum(yaw_waits_s(moves, legs) * waits, moves.hold_s)
+        turned_s = yaw_waits_s(moves, legs) * waits
+        # A return that is there already begins to turn with its wait, and counts that once it has turned.
+        is_late = moves.is_return & ~legs.planned.is_leg
+        hold_s = np.where(is_late, turned_s + moves.hold_s, np.maximum(turned_s, moves.hold_s))
         pause_s = flown_pauses_s(moves, legs)
         is_other = hold_s != legs.planned.hold_s
         is_other |= np.abs(pause_s - legs.planned.pause_s) > _SAME_PAUSE_S
