@@ -674,7 +674,8 @@ class _Navigator:
         # Where a circle of that radius cuts the way.
         way = _along(place - begin, end - begin)
         beside = abs(place - begin - way * _unit(end - begin))
-        entered = begin + (way - math.sqrt(reach**2 - beside**2)) * _unit(end - begin)
+        way -= math.sqrt(max(reach**2 - beside**2, 0.0))
+        entered = begin + way * _unit(end - begin)
         return entered.real, entered.imag, vehicle_m[2]
 
     def _passed_m(
