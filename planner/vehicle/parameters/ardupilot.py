@@ -41,6 +41,7 @@ _BENDY_RULER = 1
 _FAST_WAYPOINTS = 4
 """Bit of OA_OPTIONS (``OA_OPTION_FAST_WAYPOINTS``)."""
 _ARMING_DELAY_S = 2.0
+"""``ARMING_DELAY_SEC`` of ArduCopter/config.h: the motors stand still for so long after arming. [s]"""
 _SHORTEST_RISE_S = 0.2
 """Of the jerk: twice the shortest time constant of the attitude that counts. [s]"""
 
@@ -238,10 +239,7 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
 
     @property
     def held_back_s(self) -> float:
-        """How long the motors stand still after arming. [s]
-
-        ``ARMING_DELAY_SEC`` of ArduCopter/config.h, ``AP_MotorsMulticopter::update_external_limits``.
-        """
+        """How long the motors stand still after arming (``AP_MotorsMulticopter::output_logic``). [s]"""
         return max(_ARMING_DELAY_S, self.safe_time_s if self.safe_disarm else 0.0)
 
     @property
